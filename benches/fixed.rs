@@ -1,9 +1,9 @@
 //! Compares the `fixed` mode with the scalar reference, on the same snapped triangles and rays.
 //! Every answer is verified.
 //!
-//! The `fixed` mode computes t as an exact ratio. The reference receives the same integers,
-//! converted to f32 without rounding, and must find the same triangles. All exact contenders must
-//! find the same numerators and denominators as the scalar test in i128.
+//! The `fixed` mode computes t as an exact ratio. The reference implementation receives the same
+//! integers, converted to f32 without rounding, and must find the same triangles. All exact
+//! contenders must find the same numerators and denominators as the scalar test in i128.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use intertri::fixed::{

@@ -35,8 +35,8 @@ fn globe(rings: usize) -> Vec<Triangle> {
     halves.collect()
 }
 
-/// Returns the matrix of a globe in a field of `side * side` globes, with its own rotation and
-/// size.
+/// Returns the matrix that places globe `i` in a field of `side * side` globes, with its own
+/// rotation and size.
 fn placement(i: usize, side: usize, rng: &mut Rng) -> [f64; 12] {
     let ([a, b, _], [x, z]) = (rng.cube(), [i % side, i / side].map(|k| 2.5 * k as f64));
     let ((s, c), (p, q)) = ((3.0 * a).sin_cos(), (3.0 * b).sin_cos());

@@ -30,7 +30,7 @@ fn triangle(rng: &mut Rng, size: f64) -> Triangle {
 
 impl Workload {
     /// Returns rays with random origins in the cube from -1 to 1 and random directions, and
-    /// triangles scattered over this cube. No two rays of a packet are similar, and about one test
+    /// triangles scattered over this cube. No two rays in a packet are similar, and about one test
     /// in fifty is a hit.
     pub fn strewn(rays: usize, triangles: usize) -> Self {
         let mut rng = Rng::new(8);

@@ -104,7 +104,7 @@ fn hit(ray: &Ray, TriangleOf([a, b, c]): &Triangle, t_max: f32) -> Option<f32> {
     (t > ray.t_min && t < t_max).then_some(t)
 }
 
-/// Finds the closest hit of each ray among the triangles of a slice.
+/// Finds the closest hit of each ray among the triangles in a slice.
 pub fn scalar_closest(rays: &[Ray], triangles: &[Triangle]) -> Answer {
     let mut answer = Answer::default();
     for ray in rays {
@@ -121,7 +121,7 @@ pub fn scalar_closest(rays: &[Ray], triangles: &[Triangle]) -> Answer {
     answer
 }
 
-/// Counts the rays that hit a triangle of the slice.
+/// Counts the rays that hit a triangle in the slice.
 pub fn scalar_any(rays: &[Ray], triangles: &[Triangle]) -> Answer {
     let any = |ray: &&Ray| triangles.iter().any(|t| hit(ray, t, ray.t_max).is_some());
     Answer { hits: rays.iter().filter(any).count() as u64, mixed: 0 }

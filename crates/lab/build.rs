@@ -1,5 +1,5 @@
-//! Records the version of the compiler that builds the laboratory, which the captions of its charts
-//! quote.
+//! Records the version of the compiler that builds the lab crate. The captions of the charts quote
+//! this version.
 
 use std::process::Command;
 

@@ -1,4 +1,4 @@
-//! Computes the exact result for a ray and a triangle in arbitrary-precision integers. The method
+//! Computes the exact result for a ray and a triangle with arbitrary-precision integers. The method
 //! differs from the kernel's: the kernel computes three volumes, whereas this module applies
 //! Cramer's rule to `c1 + u (c2 - c1) + v (c3 - c1)`; and the kernel applies a tie rule, whereas
 //! this module actually moves the direction.

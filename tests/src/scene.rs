@@ -9,6 +9,6 @@ pub struct Scene {
     pub triangles: Vec<Triangle>,
     /// The rays.
     pub rays: Vec<Ray>,
-    /// The reference document's `Threshold`, which is finite and non-negative.
+    /// Document A's `Threshold`, which is finite and non-negative.
     pub threshold: f64,
 }

@@ -29,7 +29,7 @@ pub(crate) struct Answers {
 
 /// The method that computes the expected result for a ray and a triangle.
 enum Plain {
-    /// The document's scalar f64 reference.
+    /// The scalar f64 reference implementation of document A.
     Reference(reference::Scene),
     /// Integer arithmetic under the given rule, without a filter or any f64 arithmetic.
     Exact(Rule, Vec<Triangle>),

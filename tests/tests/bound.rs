@@ -143,7 +143,7 @@ impl Reference {
 
     /// Returns the largest magnitude of a term whose sign the reference gets wrong, relative to the
     /// term's bound. This share shows how far from an edge the reference may still choose the wrong
-    /// side. The reference's three values are computed with the document's operations.
+    /// side. The reference's three values are computed with document A's operations.
     fn noise(&self, exact: &Terms, sharp: [f32; 3]) -> f64 {
         let Self { tables, line, t } = self;
         let tri = &tables.trian[0];

@@ -1,5 +1,5 @@
-//! Traces bundles of rays with a common origin through scenes of all families, and compares the
-//! results with a plain loop over the reference.
+//! Traces bundles of rays with a common origin through scenes from all families, and compares the
+//! results with a plain loop that calls the reference implementation.
 
 use crate::common;
 use intertri::simd::Level;
@@ -7,8 +7,8 @@ use intertri::{Ray, Triangle};
 use intertri_lab::rng::Rng;
 use intertri_tests::{as_source, check_hierarchy};
 
-/// Generates rays with the origin of `ray` and similar directions: scattered, on a raster, or aimed
-/// at corners and edges. Some of the aimed rays end at their targets.
+/// Generates rays with the same origin as `ray` and similar directions: scattered, on a raster, or
+/// aimed at corners and edges. Some of the aimed rays end at their targets.
 fn coherent(ray: &Ray, triangles: &[Triangle], rng: &mut Rng, count: usize) -> Vec<Ray> {
     let size = ray.dir.iter().fold(0.0, |m: f32, x| m.max(x.abs()));
     let (spread, kind) = (rng.log(1e-7, 1.0) as f32 * size, rng.below(3));

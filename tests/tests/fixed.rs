@@ -73,7 +73,7 @@ fn lines(rays: &[Ray]) -> Vec<Line> {
     rays.iter().map(|ray| *ray.to_f32()).collect()
 }
 
-/// Converts the t of a hit to multiples of the ray's direction before snapping.
+/// Converts the t of a hit to a multiple of the direction that the ray had before snapping.
 fn for_caller(ray: &Ray, hit: Hit) -> Hit {
     if hit.is_hit() { Hit { t: ray.t_of_caller(hit.t), ..hit } } else { hit }
 }

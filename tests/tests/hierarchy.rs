@@ -1,5 +1,5 @@
-//! Compares the hierarchy with a plain loop over the reference, for all families and scenes of all
-//! sizes.
+//! Compares the hierarchy with a plain loop that calls the reference implementation, for all
+//! families and scenes of all sizes.
 
 use crate::common;
 use intertri::simd::Level;

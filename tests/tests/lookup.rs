@@ -223,7 +223,7 @@ fn rays_from_a_miss_stay_empty_in_f64() {
     rays_from_a_miss_stay_empty::<f64>();
 }
 
-/// In the document's operations, comparisons with NaN are false, so rays whose origin is NaN need a
+/// In document A's operations, comparisons with NaN are false, so rays whose origin is NaN need a
 /// separate test in every mode.
 #[test]
 fn rays_from_a_miss_are_empty_in_every_mode() {

@@ -1,5 +1,5 @@
-//! Traces many rays toward one point, such as a light, in scenes of all families, and compares the
-//! results with a plain loop over the reference.
+//! Traces many rays toward one point, such as a light, in scenes from all families, and compares
+//! the results with a plain loop that calls the reference implementation.
 
 use crate::common;
 use intertri::simd::Level;

@@ -6,8 +6,8 @@ use intertri::{Hit, Mode, Ray, Triangle, spawn_ray, spawn_ray_to};
 use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;
 
-/// Spawns rays from hits of every family, with directions of all kinds, many of which are nearly in
-/// the triangle's plane.
+/// Spawns rays from hits in scenes from every family, with directions of all kinds, many of which
+/// are nearly in the triangle's plane.
 #[test]
 fn no_ray_meets_the_triangle_that_it_starts_on() {
     let (mut left, mut moved, mut rng) = (0, 0, Rng::new(21));

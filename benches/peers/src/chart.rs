@@ -1,5 +1,5 @@
 //! Draws two charts: bars for each scene and kind of ray, and speed against the number of
-//! triangles. The modules of the other charts also use the helper functions defined here.
+//! triangles. The modules that draw the other charts also use the helper functions defined here.
 
 use std::collections::BTreeSet;
 
@@ -12,9 +12,9 @@ pub const INK: &str = "#222222";
 pub const GREY: &str = "#666666";
 pub const FAINT: &str = "#dddddd";
 
-/// A group in a chart: a prefix of engine names, a label, and a colour. Only the fastest engine
-/// whose name has that prefix is drawn. The colours are from the colour-blind-safe palette by M.
-/// Okabe and K. Ito.
+/// A group in a chart: a prefix for engine names, a label, and a colour. Only the fastest engine
+/// whose name has that prefix is drawn. The colours are from Okabe and Ito's colour-blind-safe
+/// palette.
 pub type Group = (&'static str, &'static str, &'static str);
 
 /// The groups that the charts show: our modes, and the other tracers.

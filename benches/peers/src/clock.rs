@@ -17,7 +17,7 @@ const STEADY: f64 = 0.03;
 /// measurement may be a boost.
 const USUAL: usize = 900;
 
-/// The clock rates measured while an engine traced the rays of one cell of the table.
+/// The clock rates measured while an engine traced the rays for one cell of the table.
 #[derive(Default)]
 pub struct Clock {
     seen: Vec<f64>,
@@ -68,7 +68,7 @@ fn sample() -> f64 {
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
 fn add_to_itself(mut x: u64) -> u64 {
-    // SAFETY: only adds registers.
+    // SAFETY: the instruction only adds registers.
     unsafe { std::arch::asm!("add {0}, {0}", inout(reg) x, options(pure, nomem, nostack)) };
     x
 }
@@ -76,7 +76,7 @@ fn add_to_itself(mut x: u64) -> u64 {
 #[cfg(target_arch = "aarch64")]
 #[inline(always)]
 fn add_to_itself(mut x: u64) -> u64 {
-    // SAFETY: only adds registers.
+    // SAFETY: the instruction only adds registers.
     unsafe { std::arch::asm!("add {0}, {0}, {0}", inout(reg) x, options(pure, nomem, nostack)) };
     x
 }

@@ -28,7 +28,7 @@ pub struct Options {
     dump: Option<PathBuf>,
 }
 
-/// Returns a generator of random numbers in `0..1`, the same in every run.
+/// Returns a generator that yields the same random numbers in `0..1` in every run.
 fn random() -> impl FnMut() -> f32 {
     let mut state = 1_u64;
     move || {

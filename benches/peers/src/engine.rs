@@ -50,7 +50,7 @@ pub trait Engine<R = Ray>: Send + Sync {
 /// The number of rays that a thread processes at a time.
 pub const CHUNK: usize = 1024;
 
-/// The rays of a tracer that traces one ray per call.
+/// The rays for a tracer that traces one ray per call.
 pub struct Singles<R> {
     rays: Vec<R>,
     any: bool,

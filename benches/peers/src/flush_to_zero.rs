@@ -5,7 +5,7 @@
 pub fn with_flush_to_zero(run: impl FnOnce()) {
     const FLUSH: u32 = 0x8040;
     let mut before = 0_u32;
-    // SAFETY: reads the control word, sets two of its bits, and restores it.
+    // SAFETY: the code reads the control word, sets two of its bits, and restores it.
     unsafe {
         std::arch::asm!("stmxcsr [{}]", in(reg) &mut before, options(nostack));
         let flush = before | FLUSH;

@@ -25,7 +25,7 @@ const TRACERS: [(&str, &str); 13] = [
     ("cgal", "CGAL, exact points"),
 ];
 
-/// Limits for the share of wrong answers, each with the colour and label for shares up to that
+/// Limits on the share of wrong answers, each with the colour and label for shares up to that
 /// limit.
 const SHARES: [(f64, &str, &str); 5] = [
     (0.0, "#0072B2", "never wrong"),
@@ -96,7 +96,7 @@ pub fn kinds(rows: &[Row]) -> Vec<(&str, &str)> {
     distinct(rows, |row| (row.kind.as_str(), row.order.as_str()))
 }
 
-/// Returns the name of a kind of ray in the chart.
+/// Returns the chart's name for a kind of ray.
 pub fn called(kind: &str) -> &str {
     match kind {
         "primary" => "Camera, row by row",
@@ -256,7 +256,7 @@ pub fn table(rows: &[Row]) -> String {
     table
 }
 
-/// Returns the name of a kind of ray for a column heading.
+/// Returns the column heading for a kind of ray.
 fn short(kind: &str) -> &str {
     match kind {
         "primary" => "camera",

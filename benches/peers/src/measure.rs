@@ -106,8 +106,8 @@ impl Times {
         self.rounds.iter().map(|round| round.iter().map(counts).collect()).collect()
     }
 
-    /// Returns whether to stop measuring. This is so if the time is used up, and either each part
-    /// has enough valid times, or a steady clock rate is unlikely.
+    /// Returns whether to stop measuring: once the budget is used up and each part has enough valid
+    /// times, and in any case after about four times the budget.
     fn enough(&self, budget: f64) -> bool {
         if self.spent < budget {
             return false;

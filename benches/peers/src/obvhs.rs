@@ -1,4 +1,4 @@
-//! An engine that uses the `obvhs` crate, with a two-way or a compressed eight-way hierarchy.
+//! An engine that uses the `obvhs` crate, with a binary or a compressed eight-wide hierarchy.
 
 use std::ops::Range;
 use std::time::Duration;

@@ -113,7 +113,7 @@ impl<S: PeerScalar> Engine<RayOf<S>> for InF32<S> {
     }
 }
 
-/// Traces with the batch call that only returns the triangle. Any-hit queries use the ordinary
+/// Traces with the batch call that returns only the triangle. Any-hit queries use the ordinary
 /// batch call.
 pub struct Triangles<S: PeerScalar = f32> {
     batch: Batch<S>,
@@ -190,7 +190,7 @@ impl<S: PeerScalar> Engine<RayOf<S>> for Single<S> {
 /// Traces with single-ray calls through a query that is created once per chunk of rays and reused.
 pub struct Kept<S: PeerScalar = f32> {
     single: Single<S>,
-    /// Whether the query only returns the triangle.
+    /// Whether the query returns only the triangle.
     triangle: bool,
 }
 

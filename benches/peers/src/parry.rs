@@ -7,7 +7,7 @@ use intertri::{Ray, Ray64};
 
 use crate::engine::{Answer, Engine, Question, Singles};
 
-/// Defines the engine for one of the two crates, whose types only differ in the scalar.
+/// Defines the engine for one of the two crates, whose types differ only in the scalar.
 macro_rules! parry {
     ($name:ident, $parry:ident, $scalar:ty, $ray:ty) => {
         pub struct $name {

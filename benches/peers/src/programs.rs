@@ -39,7 +39,7 @@ impl Program {
         Ok(Self { name: name.into(), path, triangles: triangles.to_vec(), running: None })
     }
 
-    /// Returns the value of a result. Panics on an error, because all figures would be wrong.
+    /// Returns the value of a result. Panics on an error, which would make all figures wrong.
     fn must<T>(&self, result: Result<T>) -> T {
         result.unwrap_or_else(|error| panic!("{}: {error}", self.path.display()))
     }

@@ -118,7 +118,7 @@ fn pixel(i: u32, size: u32, order: Order) -> (u32, u32) {
     }
 }
 
-/// Returns the primary rays of a camera.
+/// Returns a camera's primary rays.
 pub fn primary(camera: &Camera, size: u32, order: Order) -> Vec<Ray> {
     let ray = |i| {
         let (x, y) = pixel(i, size, order);
@@ -229,7 +229,7 @@ fn parallel(scene: &Scene, size: u32) -> impl Fn((u32, u32)) -> Ray64 {
     }
 }
 
-/// Returns the rays of a scanner with 64 beams, one above the other, and 1024 steps per turn.
+/// Returns the rays from a scanner with 64 beams, one above the other, and 1024 steps per turn.
 /// During a turn, the scanner moves by a hundredth of the scene's size.
 fn lidar(scene: &Scene) -> impl Fn(u32) -> Ray64 {
     let (start, extent) = (scene.camera.ray(0, 0, 1, 1).origin, extent(scene));

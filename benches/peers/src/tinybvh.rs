@@ -50,7 +50,7 @@ impl Padded {
 /// The hierarchy, which owns a copy of the triangles.
 struct Tree(bvh8_cpu::BVH);
 
-// SAFETY: the tree never changes once built; `intersect` reads it and only writes to the ray.
+// SAFETY: the tree never changes once built; `intersect` reads it and writes only to the ray.
 unsafe impl Send for Tree {}
 // SAFETY: as for `Send`.
 unsafe impl Sync for Tree {}

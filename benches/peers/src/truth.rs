@@ -57,7 +57,7 @@ fn tied<S: SliceScalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>, [a, b]: [u3
     let [Some(&a), Some(&b)] = [a, b].map(|index| triangles.get(index as usize)) else {
         return false;
     };
-    // Of two triangles that are hit at the same t, the query returns the first. So there is a tie
+    // If two triangles are hit at the same t, the query returns the first. There is therefore a tie
     // if each triangle is returned when it comes first.
     let is_first_closest = |pair: [TriangleOf<S>; 2]| {
         Mode::exact().closest(&pair, ray).is_some_and(|hit| hit.triangle == 0)

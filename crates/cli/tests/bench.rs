@@ -50,7 +50,7 @@ fn what_cannot_be_measured_is_refused() {
 #[test]
 fn rates_of_slow_engines_have_digits() {
     let place = TestFolder::new();
-    // With this many triangles, the scalar loop only traces a few hundred rays per second.
+    // With this many triangles, the scalar loop traces only a few hundred rays per second.
     let triangle = |i: u32| {
         let (x, y) = (i % 400, i / 400);
         format!("v {x} {y} 0\nv {x}.5 {y} 0\nv {x} {y}.5 0\nf -3 -2 -1\n")

@@ -96,7 +96,7 @@ fn same(a: &[u8], b: &[u8]) {
     }
 }
 
-/// Multiples of one half are points of every grid used here, so snapping moves nothing.
+/// Multiples of one half are points on every grid used here, so snapping moves nothing.
 #[test]
 fn rays_are_answered_on_a_grid_with_room_for_their_origins() {
     let place = TestFolder::new();

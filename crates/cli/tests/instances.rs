@@ -8,7 +8,8 @@ use serde_json::Value;
 use crate::common::TestFolder;
 
 /// Returns a GLB file with a bumpy sheet and a floor without texture coordinates. Two nodes place
-/// the sheet, one of them mirrored; another places `copies` more instances, half of them mirrored.
+/// the sheet, one of which mirrors it; another places `copies` more instances, half of them
+/// mirrored.
 fn glb(copies: usize) -> Vec<u8> {
     let (mut bytes, mut views, mut accessors) = (vec![], vec![], vec![]);
     let mut add = |rows: &[f32], kind: &str, width: usize| {

@@ -1,4 +1,5 @@
-//! Tests that answers are for the numbers in the files, and that rounded numbers are counted.
+//! Tests that the program uses the numbers as written in the files, and counts those that it
+//! rounds.
 
 use std::fmt::Write;
 

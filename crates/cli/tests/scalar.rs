@@ -82,7 +82,7 @@ fn rays_in_csv_and_raw64_are_not_rounded_and_raw_ones_are_what_they_are() {
     let rounded = (NORTH - f64::from((NORTH - 0.3) as f32)) / f64::from(1.0_f32 / 3.0);
     assert!((t - rounded).abs() < 1e-9 && (t - 0.9).abs() > 1e-3, "{t} {rounded}");
 
-    // A number beyond f32 is valid in f64, but one beyond f64 is not.
+    // A number beyond the range of f32 is valid in f64, but one beyond the range of f64 is not.
     place.put("r.csv", "ox,oy,oz,dx,dy,dz\n1e200,0,0,1e-300,0,0\n");
     assert_eq!(cells(&of("r.csv"))[0][1], "");
     let refused = |scalar: &str, word: &str| {

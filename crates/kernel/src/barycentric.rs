@@ -1,4 +1,5 @@
-//! Document D: the coefficients of a triangle for many rays from one origin, by Cramer's rule.
+//! Document D (`docs/documents.md`): the coefficients of a triangle for many rays from one origin,
+//! by Cramer's rule.
 //!
 //! ```text
 //!   A = c1 - o      n = h4 × h5       D = n·d             Each is a dot product with the direction.

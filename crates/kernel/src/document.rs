@@ -1,5 +1,5 @@
-//! Document A's `InterTri` test in f64 lanes, with the same operations in the same order as in the
-//! document.
+//! Document A's `InterTri` test (`docs/documents.md`) in f64 lanes, with the same operations in the
+//! same order as in the document.
 //!
 //! ```text
 //!              c3
@@ -107,7 +107,7 @@ pub(crate) fn hit<S: Scalar>(
     hit.then_some(t)
 }
 
-/// Returns the reference's t for a triangle that is known to be hit.
+/// Returns document A's t for a triangle that is known to be hit.
 #[inline(always)]
 pub(crate) fn t<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> f64 {
     let rays = RayLanes::of_ray(ray);
@@ -128,7 +128,7 @@ impl SeenPlane {
         Self { nrm, num: nrm.dot(c1 - Vec3::splat(origin.map(f64::from))) }
     }
 
-    /// Returns the reference's t for a ray from this origin that is known to hit the triangle.
+    /// Returns document A's t for a ray from this origin that is known to hit the triangle.
     #[inline(always)]
     pub(crate) fn t(&self, dir: [f32; 3]) -> f64 {
         self.num / self.nrm.dot(Vec3::splat(dir.map(f64::from)))

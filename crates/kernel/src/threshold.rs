@@ -3,8 +3,9 @@
 
 use core::fmt;
 
-/// The `Threshold` of document A. A ray counts as parallel to a triangle if `|nrm & dir|` is below
-/// the threshold, and a hit counts only if its t is above the threshold.
+/// The `Threshold` of document A, which defines the `InterTri` test (`docs/documents.md`). A ray
+/// counts as parallel to a triangle if `|nrm & dir|` is below the threshold, and a hit counts only
+/// if its t is above the threshold.
 ///
 /// ```
 /// use intertri::{Mode, Ray, Threshold, Triangle};

@@ -171,7 +171,7 @@ impl Hit {
     pub const MISS: Self =
         Self { t: f64::INFINITY, u: 0.0, v: 0.0, triangle: Self::NO_TRIANGLE, geometry: 0 };
 
-    /// Whether this is a hit.
+    /// Returns whether this is a hit.
     ///
     /// ```
     /// assert!(!intertri::Hit::MISS.is_hit());
@@ -237,7 +237,7 @@ impl Hit32 {
     pub const MISS: Self =
         Self { t: f32::INFINITY, u: 0.0, v: 0.0, triangle: Hit::NO_TRIANGLE, geometry: 0 };
 
-    /// Whether this is a hit.
+    /// Returns whether this is a hit.
     #[inline]
     pub fn is_hit(&self) -> bool {
         self.triangle != Hit::NO_TRIANGLE

@@ -1,4 +1,5 @@
-//! The answers of the oracle, the reference, and every method for a list of cases.
+//! The answers that the oracle, the reference implementation, and every method give for a list of
+//! cases.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -9,8 +10,8 @@ use crate::methods::METHODS;
 use crate::oracle::{self, OracleAnswer};
 use crate::test_batch::Answer;
 
-/// The answers of the oracle, the reference, and the methods. Each list of answers has one entry
-/// per case.
+/// The answers of the oracle, the reference implementation, and the methods. Each list of answers
+/// has one entry per case.
 pub(crate) struct CaseAnswers {
     /// The exact answers.
     pub(crate) oracle: Vec<OracleAnswer>,

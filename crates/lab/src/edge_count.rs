@@ -10,7 +10,7 @@ use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 use crate::workloads::closed_mesh;
 
-/// The numbers of errors that a check found, and of the rays and pairs that it checked.
+/// The result of a check: the numbers of errors found, and the numbers of rays and pairs checked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct EdgeCount {
     /// The number of rays for each mode. Half of the rays pass exactly through a vertex or a point
@@ -18,8 +18,8 @@ pub struct EdgeCount {
     pub rays: u64,
     /// The number of ray/triangle pairs that `certified` tested.
     pub pairs: u64,
-    /// The number of tested pairs for which `certified` differs from the reference, either in
-    /// whether there is a hit or in any bit of `t`.
+    /// The number of tested pairs for which `certified` differs from the reference implementation,
+    /// either in whether there is a hit or in any bit of `t`.
     pub not_reference: u64,
     /// The number of rays for which `fixed` finds no crossing.
     pub leaks: u64,

@@ -1,4 +1,4 @@
-//! The laboratory: the known ray/triangle tests, inputs designed to break them, and an exact oracle
+//! Compares the known ray/triangle tests, with inputs designed to break them and an exact oracle
 //! that judges their answers.
 //!
 //! | module | contents |

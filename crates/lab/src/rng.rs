@@ -24,7 +24,7 @@ impl Rng {
         z ^ (z >> 31)
     }
 
-    /// Returns an integer in `0..n`, which is the high half of a product, or 0 if `n` is 0.
+    /// Returns an integer in `0..n` (the high half of a product), or 0 if `n` is 0.
     pub fn below(&mut self, n: usize) -> usize {
         ((u128::from(self.bits()) * n as u128) >> 64) as usize
     }

@@ -3,8 +3,8 @@
     python beside.py FOLDER_OF_MODELS [--rays 1024] [--only bunny] [--seconds 0.6]
 
 Everything runs in one process, with numpy arrays as input and output. Prints tables in Markdown.
-The contenders take turns, and each figure is the best of several turns, in millions per second.
-Where answers differ, rational arithmetic determines whether the ray meets the triangle that each
+The contenders take turns. Each rate is the best of several turns, in millions per second. Where
+answers differ, rational arithmetic determines whether the ray meets the triangle that each
 contender reports, and which of these triangles is nearer.
 """
 

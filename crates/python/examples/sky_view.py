@@ -1,5 +1,5 @@
-"""Computes how much of the view from points on the ground of a town is sky, and how much each house
-fills.
+"""Computes, for points on the ground of a town, how much of the view is sky and how much of it each
+house fills.
 
     python sky_view.py [picture.png]
 

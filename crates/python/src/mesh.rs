@@ -68,8 +68,8 @@ impl<S: Scalar> Mesh<S> {
         Ok(Self::of(self.solid.bvh().try_clone()?))
     }
 
-    /// Moves the triangles. Returns the mesh and the estimated factor by which rays take longer
-    /// than in a new tree. The factor is 1 if no triangle has moved. If memory runs out, the
+    /// Moves the triangles. Returns the mesh and the estimated slowdown of rays compared with a new
+    /// tree, as a factor. The factor is 1 if no triangle has moved. If memory runs out, the
     /// returned mesh contains no triangles.
     pub(crate) fn refit(self, triangles: &[TriangleOf<S>]) -> (Self, Result<f64, RefitError>) {
         // Drop the solid with its boundary, which would otherwise share the hierarchy.

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 pub(crate) type Threads = Option<NonZeroUsize>;
 pub(crate) type Bytes<'py> = PyReadwriteArray1<'py, u8>;
 
-/// One thread finishes this many rays or triangles, or fewer, before other threads would wake up.
+/// One thread finishes up to this many rays or triangles before other threads would wake up.
 pub(crate) const SMALL: usize = 4096;
 
 /// The corresponding limit for points, as a number of coordinates: 32 points.

@@ -56,7 +56,7 @@ impl Workers {
     }
 }
 
-/// Whether the calling thread does the work.
+/// Returns whether the calling thread does the work.
 pub(crate) fn is_caller() -> bool {
     rayon::current_thread_index().is_none()
 }

@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 
 use crate::pool::Workers;
 
-/// How often to check for signals.
+/// The interval between checks for signals.
 const INTERVAL: Duration = Duration::from_millis(20);
 
 /// A request for a job to end early, made when a signal handler raises an exception.
@@ -67,7 +67,7 @@ pub(crate) fn run<T: Send>(
         let stop = stop.clone();
         Arc::new(move || stop.is_set())
     });
-    // If a query or a build is stopped, its thread unwinds.
+    // If a query or a build is cancelled, its thread unwinds.
     let work = || catch_unwind(AssertUnwindSafe(|| token.run(|| work(&stop))));
     let result = match workers {
         Workers::Caller => py.detach(|| Some(on_this_thread(work))),
@@ -76,7 +76,7 @@ pub(crate) fn run<T: Send>(
             let mut result = None;
             pool.in_place_scope(|scope| {
                 scope.spawn(|_| {
-                    // However the job ends, dropping `done` ends the caller's wait.
+                    // Dropping `done` wakes the caller, however the job ends.
                     let _done = done;
                     result = Some(work());
                 });
@@ -96,8 +96,9 @@ pub(crate) fn run<T: Send>(
     }
 }
 
-/// Runs a job that cannot stop early on a separate thread. If a signal handler raises an exception,
-/// the exception is returned at once. The thread then runs to its end, and its result is dropped.
+/// Runs a job that cannot be cancelled, on a separate thread. If a signal handler raises an
+/// exception, the exception is returned at once. The thread then runs to its end, and its result is
+/// dropped.
 pub(crate) fn run_apart<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> T + Send + 'static,
@@ -122,7 +123,7 @@ pub(crate) fn run_apart<T: Send + 'static>(
     }
 }
 
-/// Processes `count` items piece by piece, until all are done or the job is to stop. The size of
+/// Processes `count` items piece by piece, until all are done or the job is cancelled. The size of
 /// the pieces adapts so that each takes a few milliseconds.
 pub(crate) fn pieces(count: usize, stop: &Stop, mut each: impl FnMut(Range<usize>)) {
     let (mut done, mut size) = (0, 8);

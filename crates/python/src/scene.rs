@@ -24,7 +24,7 @@ use crate::scalar::no_memory;
 use crate::source::{Arrays, Source};
 use crate::tree::{Tree32, Tree64, small_or};
 
-/// One thread loads a scene smaller than this, in bytes, before other threads would wake up.
+/// The size in bytes below which one thread loads a scene before other threads would wake up.
 const SMALL_FILE: usize = 1 << 16;
 
 /// A hit, as a row of a numpy array.

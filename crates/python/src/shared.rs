@@ -35,9 +35,9 @@ impl<S: Scalar> Shared<S> {
         mesh.ok_or_else(lost)
     }
 
-    /// Moves the triangles and returns the estimated factor by which rays take longer than in a new
-    /// tree. Queries that started earlier continue with the old mesh. If a signal ends the refit,
-    /// the mesh is lost.
+    /// Moves the triangles and returns the estimated slowdown of rays compared with a new tree, as
+    /// a factor. Queries that started earlier continue with the old mesh. If a signal ends the
+    /// refit, the mesh is lost.
     pub(crate) fn refit(
         &self,
         py: Python<'_>,

@@ -12,8 +12,8 @@ use crate::scalar::Scalar;
 use crate::skip::Skip;
 
 /// Borrowed arrays of rays, flat and contiguous. `origins` and `directions` contain 3 values per
-/// ray, or 3 for all rays; `t_min` and `t_max` contain 1 value per ray, or 1 for all rays. Without
-/// `directions`, `origins` contains whole rays of 6 or 8 values.
+/// ray, or 3 for all rays; `t_min` and `t_max` contain 1 value per ray, or 1 for all rays. If
+/// `directions` is missing, `origins` contains whole rays of 6 or 8 values.
 #[derive(FromPyObject)]
 pub(crate) struct Arrays<'py, S: Element> {
     count: usize,
@@ -127,7 +127,7 @@ impl<S: Scalar> Source<'_, S> {
         [origin.map(Into::into), dir.map(Into::into)]
     }
 
-    /// Whether rays skip triangles.
+    /// Returns whether rays skip triangles.
     pub(crate) fn skips(&self) -> bool {
         self.skip.each > 0
     }

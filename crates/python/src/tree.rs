@@ -88,7 +88,7 @@ macro_rules! tree {
                 Ok(Self { mesh: Shared::new(run(py, &workers, build)??) })
             }
 
-            /// Whether a mesh is closed.
+            /// Returns whether a mesh is closed.
             #[staticmethod]
             fn is_closed(
                 py: Python<'_>,
@@ -420,8 +420,8 @@ macro_rules! tree {
                 })
             }
 
-            /// Moves the triangles and returns the estimated factor by which rays take longer than
-            /// in a new tree.
+            /// Moves the triangles and returns the estimated slowdown of rays compared with a new
+            /// tree, as a factor.
             fn refit(
                 &self,
                 py: Python<'_>,
@@ -455,7 +455,8 @@ macro_rules! tree {
             }
 
             /// Measures how many seconds the call in Rust takes to find the closest hits of these
-            /// rays, in the given order and in the tile order of a square image. For benchmarks.
+            /// rays, in the given order and in the tile order of a square image. This is for
+            /// benchmarks.
             fn seconds(
                 &self,
                 py: Python<'_>,

@@ -97,17 +97,17 @@ impl Adjacency {
         Self { points, faces, ends, sides: uses.into_iter().map(|(_, side)| side).collect() }
     }
 
-    /// The distinct corners, in the order of their first use by a triangle.
+    /// Returns the distinct corners, in the order of their first use by a triangle.
     pub fn points(&self) -> &[[f32; 3]] {
         &self.points
     }
 
-    /// The triangles in their original order, as indices into [`Adjacency::points`].
+    /// Returns the triangles in their original order, as indices into [`Adjacency::points`].
     pub fn faces(&self) -> &[[u32; 3]] {
         &self.faces
     }
 
-    /// The three corners of a face.
+    /// Returns the three corners of a face.
     ///
     /// # Panics
     /// Panics if the index is out of bounds.

@@ -110,7 +110,7 @@ pub fn clip_edge(a: Point4, c: Point4) -> Option<(Point4, Point4)> {
         return Some((a, c));
     }
 
-    // How far the visible part can reach from a toward c, and from c toward a. If one end is
+    // Find how far the visible part can reach from a toward c, and from c toward a. If one end is
     // outside a wall, the wall limits how far the part reaches from the other end. Edges with both
     // ends outside the same wall have already been rejected.
     let (mut from_a, mut from_c) = ((1.0, None), (1.0, None));

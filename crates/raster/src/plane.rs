@@ -1,9 +1,9 @@
 //! Computes the inverse view depth `q` of a plane, which is linear in the image coordinates.
 //!
 //! Let `n` be the plane's normal, and `a` the vector from the eye to a point of the plane. The line
-//! of sight `w * d` meets the plane where `n & (w d - a) = 0`. So `q = 1 / w = (n & d) / (n & a)`,
-//! which is linear over the image because `d` is. A larger q is nearer, and a point at infinity has
-//! q = 0.
+//! of sight `w * d` meets the plane where `n · (w d - a) = 0`. Therefore,
+//! `q = 1 / w = (n · d) / (n · a)`, which is linear over the image because `d` is. A larger q is
+//! nearer, and a point at infinity has q = 0.
 
 use intertri::simd::Lanes;
 

@@ -55,14 +55,14 @@ pub struct Outline {
     /// Two indices into [`Adjacency::points`], in the direction of the faces once they point toward
     /// the light (counter-clockwise around each face, as seen from the light).
     pub ends: [u32; 2],
-    /// How many more faces run along the edge in this direction than in the other. It is always
-    /// positive.
+    /// The number of faces that run along the edge in this direction, minus the number that run in
+    /// the other direction. It is always positive.
     pub count: u32,
 }
 
-/// Returns, for each face, 1 if its normal (c2 - c1) ^ (c3 - c1) points toward the light, -1 if it
-/// points away, and 0 if the face casts no shadow because it is edge-on to the light, degenerate,
-/// or not finite.
+/// Returns, for each face, 1 if its normal `(c2 - c1) × (c3 - c1)` points toward the light, -1 if
+/// it points away, and 0 if the face casts no shadow because it is edge-on to the light,
+/// degenerate, or not finite.
 ///
 /// For a point light, the sign is exact. For a directional light, it is exact for the face's edge
 /// vectors after these are rounded to f64.

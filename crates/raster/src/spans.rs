@@ -28,7 +28,7 @@ pub(crate) const BAND: u32 = 16;
 const PIXEL: i64 = 1 << SUBPIXEL_BITS;
 const HALF: i64 = PIXEL / 2;
 
-/// Where an outline crosses each row of one band: pairs of a pixel and +1 or -1.
+/// The crossings of an outline with each row of one band, as pairs of a pixel and +1 or -1.
 #[derive(Default)]
 pub(crate) struct Crossings {
     rows: [Vec<(u32, i32)>; BAND as usize],

@@ -9,8 +9,8 @@
 //!
 //! Counting behind P ("z-fail") rather than in front of it works wherever the eye is, even in a
 //! shadow, because every volume is closed: the far caps at infinity are behind every P. Outlines
-//! are drawn with the same exact spans as facets. Their winding numbers are the +1 and -1, so a
-//! surface that is closed in space is closed at every pixel.
+//! are drawn with the same exact spans as facets. Their winding numbers are the increments +1 and
+//! -1, so a surface that is closed in space is closed at every pixel.
 //!
 //! **A surface and its own near cap** are in the same plane if the light's reach is 1. Both depths
 //! are computed by the same operations from the same corners, so they have the same bits. Ties are

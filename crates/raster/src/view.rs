@@ -11,7 +11,7 @@
 //!          +---------------(W,H)-+          with X in +-half_width, Y in +-half_height
 //! ```
 //!
-//! A point at `eye + a` has the view depth `w = forward & a`, the factor by which `d` must be
+//! A point at `eye + a` has the view depth `w = forward · a`, the factor by which `d` must be
 //! scaled to reach the point. The inverse `q = 1 / w` is linear over the image within one plane. On
 //! a ray whose direction has unit length, the point's `t` is `w * |d| = |d| / q`.
 
@@ -98,27 +98,27 @@ impl View {
         Ok(Self { eye: double(eye), right, up, forward, half_width, half_height, width, height })
     }
 
-    /// The width in pixels.
+    /// Returns the width in pixels.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// The height in pixels.
+    /// Returns the height in pixels.
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// The position of the eye.
+    /// Returns the position of the eye.
     pub fn eye(&self) -> [f64; 3] {
         self.eye
     }
 
-    /// The axes right, up, and forward.
+    /// Returns the axes right, up, and forward.
     pub(crate) fn axes(&self) -> [Vector; 3] {
         [self.right, self.up, self.forward]
     }
 
-    /// Half the image's height at distance 1.
+    /// Returns half the image's height at distance 1.
     pub(crate) fn half_height(&self) -> f64 {
         self.half_height
     }
@@ -199,7 +199,7 @@ impl View {
     }
 }
 
-/// Why a view is invalid.
+/// The reason that a view is invalid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ViewError {
     /// Width and height are not both between 1 and [`MAX_SIDE`].

@@ -34,7 +34,7 @@ pub struct Volume<'a> {
     light: Light,
     facing: Vec<i8>,
     silhouette: Vec<Outline>,
-    /// Where the volume begins behind each point.
+    /// The position at which the volume begins behind each point.
     near: Vec<Vector>,
     /// The direction in which the volume extends behind each point.
     far: Vec<Vector>,
@@ -77,17 +77,17 @@ impl<'a> Volume<'a> {
         Ok(Self { adjacency, light, facing, silhouette, near, far })
     }
 
-    /// The mesh.
+    /// Returns the mesh.
     pub fn adjacency(&self) -> &'a Adjacency {
         self.adjacency
     }
 
-    /// The light.
+    /// Returns the light.
     pub fn light(&self) -> Light {
         self.light
     }
 
-    /// The edges from which the sides of the volumes extend.
+    /// Returns the edges from which the sides of the volumes extend.
     pub fn silhouette(&self) -> &[Outline] {
         &self.silhouette
     }
@@ -114,7 +114,7 @@ impl<'a> Volume<'a> {
     }
 }
 
-/// Why the shadow volumes cannot be built.
+/// The reason that the shadow volumes cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightError {
     /// A coordinate of the light is NaN or infinite.

@@ -8,8 +8,8 @@ use crate::vector::{double, sub};
 use crate::view::View;
 use crate::z_buffer::plane;
 
-/// How far behind the visible surface an edge may be and still be drawn, as a fraction of the
-/// edge's distance.
+/// The greatest distance behind the visible surface at which an edge is still drawn, as a fraction
+/// of the edge's distance.
 ///
 /// A pixel's facet is known only at the pixel's centre, but an edge may pass up to half a pixel
 /// away from the centre. On a curved surface, the facet's plane may be slightly in front of the

@@ -22,7 +22,7 @@ const MAX_FACETS: usize = i32::MAX as usize;
 
 /// Returns the facet that each pixel of a view shows, row by row from the top left.
 ///
-/// A facet is an outline of three or more corners in one plane. It may be convex or concave, may
+/// A facet is an outline with three or more corners in one plane. It may be convex or concave, may
 /// have either winding, and is two-sided. It covers the pixels whose centres its outline winds
 /// around. A centre exactly on an edge belongs to the facet to its right, or below it, so exactly
 /// one of two facets that share the edge covers the centre. An outline that crosses itself covers
@@ -108,7 +108,7 @@ pub fn triangles(view: &View, triangles: &[Triangle], threshold: f64) -> Vec<Hit
 
 /// Returns the plane of a facet, or `None` if the facet is degenerate or the eye is in its plane.
 /// The plane's normal is the sum of the cross products over the fan around the first corner, as in
-/// the reference.
+/// the reference implementation.
 pub(crate) fn plane<C>(view: &View, directions: &PixelDirections, corners: C) -> Option<FacetPlane>
 where
     C: IntoIterator<Item = Vector, IntoIter: Clone>,

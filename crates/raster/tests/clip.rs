@@ -1,5 +1,5 @@
-//! Compares document E with its scalar reference, and tests that two facets cut a shared edge at
-//! the same points.
+//! Compares the implementation of document E with its scalar reference implementation, and tests
+//! that two facets cut a shared edge at the same points.
 
 use intertri_raster::{ALL_WALLS, NO_FAR_WALL, Point4, Scratch, clip_edge, clip_facet, outcode};
 use intertri_reference::clip_edge as reference;

@@ -1,5 +1,5 @@
 //! Tests the z-buffer and the shadow volumes through their public interface, comparing images and
-//! shadows with scalar references and with traced rays.
+//! shadows with scalar reference implementations and with traced rays.
 
 mod clip;
 mod common;

@@ -1,4 +1,5 @@
-//! Compares the z-buffer with document B's reference and with rays, and tests edge cases.
+//! Compares the z-buffer with the reference implementation of document B and with rays, and tests
+//! edge cases.
 
 use crate::common;
 use crate::common::{Numbers, ball, floor, rays_of, view_of};
@@ -40,8 +41,8 @@ fn same_as_rays(camera: &Camera, soup: &[Triangle], width: u32, height: u32) -> 
 
 #[test]
 fn facets_of_any_number_of_corners_are_where_the_reference_has_them() {
-    // All facets are convex and inside the image. The reference decides coverage by document B's
-    // cross products in f64, and depth by -q, which is linear on the screen.
+    // All facets are convex and inside the image. The reference implementation decides coverage by
+    // document B's cross products in f64, and depth by -q, which is linear on the screen.
     let (width, height) = (96, 64);
     let view = ahead(width, height);
     let mut numbers = Numbers(11);
@@ -81,8 +82,8 @@ fn facets_of_any_number_of_corners_are_where_the_reference_has_them() {
             differing += usize::from(ours != *facet);
         }
     }
-    // The reference does not snap corners, so it may decide differently on a centre within 2^-17 of
-    // an edge.
+    // The reference implementation does not snap corners, so it may decide differently on a centre
+    // within 2^-17 of an edge.
     assert!(seen > 50_000 && differing <= 3, "{differing} of {seen}");
 }
 

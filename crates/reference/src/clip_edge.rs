@@ -12,7 +12,7 @@
 //!                               C    cBC < 0         enters at tHit and tIn grows.
 //! ```
 //!
-//! # What the scan lost, and how it is read here
+//! # What is illegible in the scanned document, and how it is read here
 //! - **The listing** is legible except for its last lines, which the text below it describes.
 //! - **A point on a wall.** According to the text, the point is outside (`aBC > 0` is inside), so
 //!   an edge within a wall is rejected, but an edge that only starts on a wall is kept.

@@ -2,8 +2,8 @@
 //!
 //! A hit counts if [`Scene::inter_tri`] returns 1 and `t_min <= t < t_max`. The interval is open at
 //! its far end, so a `t` of infinity never counts, whatever `t_max` is. If an end of the interval
-//! is NaN, no hit counts. With a threshold of 0 or more, a ray or triangle that is not finite is
-//! never hit.
+//! is NaN, no hit counts. With a threshold of 0 or more, there is no hit if the ray or the triangle
+//! is not finite.
 
 use alloc::vec::Vec;
 

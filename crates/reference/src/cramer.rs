@@ -82,7 +82,7 @@ pub struct Viewpoint {
     pub t_ap: f64,
 }
 
-/// Where a ray meets a triangle.
+/// The point where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Meeting {
     /// The distance, always positive, in multiples of the length of the ray's direction.

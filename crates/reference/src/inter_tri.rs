@@ -34,8 +34,8 @@
 //! - **Infinity**: `t` has no upper bound, so the test can return 1 even if `t` overflows to
 //!   infinity. Searches for hits ([`closest`](crate::closest)) use an interval that excludes an
 //!   infinite `t`. For an infinite direction, `t` is 0 or NaN; for an infinite origin or vertex,
-//!   `t` is infinite or NaN. So a ray or a triangle that is not finite is never hit with a finite
-//!   `t` (for a threshold of 0 or more).
+//!   `t` is infinite or NaN. Therefore, a ray or a triangle that is not finite never yields a hit
+//!   with a finite `t` (for a threshold of 0 or more).
 
 use alloc::vec::Vec;
 use core::fmt;

@@ -4,9 +4,10 @@ use core::ops::{Add, BitAnd, BitXor, Mul, Sub};
 
 /// A point or a direction. `a & b` is the dot product and `a ^ b` the cross product.
 ///
-/// Each operation rounds once, in the order in which it is written; nothing is fused. In Rust `&`
-/// and `^` bind more loosely than `+` and `*` but more tightly than `<`, and `&` more tightly than
-/// `^`, so expressions that mix them need the same parentheses as in the document.
+/// Operations are evaluated in the order in which they are written. Each rounds once, and nothing
+/// is fused. In Rust `&` and `^` bind more loosely than `+` and `*` but more tightly than `<`, and
+/// `&` more tightly than `^`, so expressions that mix them need the same parentheses as in the
+/// document.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vector {
     /// The first coordinate.

@@ -13,7 +13,7 @@
 //! Facets are convex and have three or more vertices in screen coordinates: x and y in pixels, and
 //! z as the depth. The pixel in column `n` and row `m` has its centre at `(n + 0.5, m + 0.5)`.
 //!
-//! # What the scan lost, and what is added here
+//! # What is illegible in the scanned document, and what is added here
 //! - **The minus signs** of the differences and of `c_kz`. They follow from the document's figure.
 //! - **The other orientation.** The document's rule, every `c_kz <= 0`, holds for outlines that run
 //!   clockwise if y points up (counter-clockwise on a screen with y downward). An image contains

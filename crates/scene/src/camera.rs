@@ -46,7 +46,7 @@ impl Camera {
     /// The up direction of [`Camera::framing`].
     pub const UP: [f32; 3] = [0.0, 1.0, 0.0];
 
-    /// Returns [`Camera::VIEW`] under the rotation that takes [`Camera::UP`] to `up`. A model
+    /// Returns [`Camera::VIEW`] after the rotation that takes [`Camera::UP`] to `up`. A model
     /// rotated in the same way gives the same image.
     pub fn view_for(up: [f32; 3]) -> [f32; 3] {
         match double(up).try_normalize() {
@@ -182,7 +182,7 @@ impl<S: Coordinate> Camera<S> {
         Self::new(rounded(eye), rounded(target), up, fov)
     }
 
-    /// The eye: the origin of all camera rays.
+    /// Returns the eye: the origin of all camera rays.
     pub fn eye(&self) -> [S; 3] {
         self.eye
     }
@@ -201,23 +201,24 @@ impl<S: Coordinate> Camera<S> {
         RayOf::new(self.eye, rounded::<S>(dir.normalize()))
     }
 
-    /// The directions right, up, and into the image: three orthogonal unit vectors.
+    /// Returns the directions right, up, and into the image: three orthogonal unit vectors.
     pub fn axes(&self) -> [[f64; 3]; 3] {
         self.basis().map(|axis| axis.to_array())
     }
 
-    /// Half the image plane's height at distance 1: the tangent of half the vertical field of view.
+    /// Returns half the image plane's height at distance 1, which is the tangent of half the
+    /// vertical field of view.
     pub fn half_height(&self) -> f64 {
         self.half_height
     }
 
-    /// [`Camera::axes`] as vectors.
+    /// Returns [`Camera::axes`] as vectors.
     pub(crate) fn basis(&self) -> [DVec3; 3] {
         [self.right, self.up, self.forward]
     }
 }
 
-/// Why a camera is invalid.
+/// The reason that a camera is invalid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CameraError {
     /// A coordinate is NaN or infinite, or became infinite because the model is too large.

@@ -31,22 +31,22 @@ impl Image {
         Ok(Self { width, height, pixels: vec![[0; 3]; pixels] })
     }
 
-    /// The width in pixels.
+    /// Returns the width in pixels.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// The height in pixels.
+    /// Returns the height in pixels.
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// All pixels. Pixel `(x, y)` is at index `y * width + x`.
+    /// Returns all pixels. Pixel `(x, y)` is at index `y * width + x`.
     pub fn pixels(&self) -> &[[u8; 3]] {
         &self.pixels
     }
 
-    /// All pixels, mutably.
+    /// Returns all pixels, mutably.
     pub fn pixels_mut(&mut self) -> &mut [[u8; 3]] {
         &mut self.pixels
     }
@@ -179,7 +179,7 @@ pub fn difference(image: &Image, marks: &[Option<[u8; 3]>]) -> Image {
     marked
 }
 
-/// Why an image cannot be read or written.
+/// The reason that an image cannot be read or written.
 #[derive(Debug)]
 pub enum ImageError {
     /// A side is 0, or there are more than [`MAX_PIXELS`] pixels.

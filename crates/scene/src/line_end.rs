@@ -2,7 +2,7 @@
 
 use std::io::{self, BufRead, ErrorKind};
 
-/// How the last line that was read ended.
+/// The end of the last line that was read.
 ///
 /// A carriage return ends a line immediately, even if a line feed may follow, because a program
 /// that sends rays through a pipe may wait for the result before it continues. If a line feed

@@ -2,8 +2,8 @@
 
 use crate::coordinate::Coordinate;
 
-/// How many numbers were rounded because their scalar cannot represent them exactly, and by how
-/// much.
+/// Rounding statistics: how many numbers were rounded because their scalar cannot represent them
+/// exactly, and by how much.
 ///
 /// ```
 /// use intertri_scene::Rounding;
@@ -14,7 +14,7 @@ use crate::coordinate::Coordinate;
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rounding {
-    /// How many numbers were rounded.
+    /// The count of rounded numbers.
     pub numbers: u64,
     /// The largest change to a number, which is infinite if a number was beyond the scalar's range.
     pub by_up_to: f64,

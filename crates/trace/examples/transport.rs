@@ -69,7 +69,7 @@ fn block(low: [f64; 3], high: [f64; 3]) -> Vec<Triangle64> {
     halves.map(|face| Triangle64(face.map(corner))).collect()
 }
 
-/// What happened to the particles.
+/// Counts of what happened to the particles.
 #[derive(Default)]
 struct Tally {
     segments: usize,

@@ -16,10 +16,10 @@ pub enum Containment {
 }
 
 impl Containment {
-    /// Returns whether the mesh winds around the point an odd number of times. Also true on the
-    /// surface. For a solid from [`Solid::assume_closed`](crate::Solid::assume_closed), the result
-    /// is the parity: whether a ray from the point crosses an odd number of triangles, whatever
-    /// their winding.
+    /// Returns whether the mesh winds around the point an odd number of times. The result is also
+    /// true on the surface. For a solid from [`Solid::assume_closed`](crate::Solid::assume_closed),
+    /// the result is the parity: whether a ray from the point crosses an odd number of triangles,
+    /// whatever their winding.
     ///
     /// ```
     /// use intertri_trace::{Solid, intertri::Triangle};

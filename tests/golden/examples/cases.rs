@@ -128,7 +128,7 @@ fn built_in() -> Bvh {
     Bvh::new(&Scene::built_in().mesh.to_triangles()).expect("few triangles")
 }
 
-/// Returns 16×16 camera rays at the built-in scene.
+/// Returns the camera rays of a 16×16 image of the built-in scene.
 fn camera() -> Vec<Ray> {
     let camera = Scene::built_in().camera;
     (0..256).map(|i| camera.ray(i % 16, i / 16, 16, 16)).collect()

@@ -69,7 +69,7 @@ fn sphere() -> Bvh {
     Bvh::new(&mesh.faces.iter().map(face).collect::<Vec<_>>()).expect("the scene is small enough")
 }
 
-/// Tests eight rays against a triangle in integers: 512 steps.
+/// Tests eight rays against a triangle in integer arithmetic: 512 steps.
 fn integers<const FILTER: bool>(inputs: &mut Inputs, times: u64) {
     let (triangles, rays) = (inputs.triangles(), inputs.rays());
     let points = triangles.iter().flat_map(|t| t.0).chain(rays.iter().map(|r| r.origin));

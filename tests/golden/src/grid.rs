@@ -8,7 +8,7 @@ use crate::Line;
 use crate::digest::Digest;
 use crate::scenes::{Scene, scenes};
 
-/// Computes the lines of all scenes. A scene whose points fit no grid has none.
+/// Computes the lines of all scenes. A scene whose points fit no grid has no lines.
 pub(crate) fn answers(level: Level) -> Vec<Line> {
     let fixed = Fixed::at(level);
     let mut lines = vec![];

@@ -1,4 +1,5 @@
-//! The golden answers: the answers of every mode on fixed scenes, bit for bit, on any machine.
+//! The golden answers: the answers of every mode on fixed scenes, which must be the same bit for
+//! bit on any machine.
 //!
 //! A line consists of a scene, a mode, a query, the number of answers that are not misses, and a
 //! hash of all bits of the answers. Each [`Section`] keeps its lines in a separate file, so a new

@@ -1,4 +1,4 @@
-//! The `nearest` section: closest points of meshes, and signed distances to closed meshes.
+//! The `nearest` section: closest points on meshes, and signed distances to closed meshes.
 
 use intertri::simd::Level;
 use intertri_trace::{Bvh, Solid};

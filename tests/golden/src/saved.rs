@@ -1,4 +1,4 @@
-//! The `saved` section: the answers of hierarchies that were saved and loaded, or refitted.
+//! The `saved` section: answers from hierarchies that were saved and loaded, or refitted.
 
 use intertri::simd::Level;
 use intertri::{Hit, Mode, Triangle};

@@ -15,8 +15,8 @@ pub(crate) struct Scene {
     pub(crate) closed: bool,
 }
 
-/// Returns triangles and rays of every family, and closed meshes with rays from one origin, some of
-/// them toward vertices and edges.
+/// Returns triangles and rays from every family, and closed meshes with rays from one origin, some
+/// of them toward vertices and edges.
 pub(crate) fn scenes() -> Vec<Scene> {
     let mut scenes = vec![];
     for family in FAMILIES {

@@ -9,7 +9,7 @@ use crate::Line;
 use crate::digest::Digest;
 use crate::scenes::{Scene, scenes};
 
-/// Moves an f32 number away from zero and gives it more digits.
+/// Moves an f32 number away from zero, so that it uses more digits.
 fn place(x: f32) -> f64 {
     f64::from(x) / 3.0 + 528_980.0
 }

@@ -1,4 +1,5 @@
-//! Compares clipping and the z-buffer with their references, and shadow volumes with shadow rays.
+//! Compares clipping and the z-buffer with the reference implementation, and shadow volumes with
+//! shadow rays.
 
 use std::array::from_fn;
 use std::collections::HashMap;
@@ -126,8 +127,8 @@ type Corner = (i32, i32, f32);
 
 /// Draws triangles whose corners are at multiples of a quarter of a pixel, so that snapping does
 /// not move the corners. Each pixel must show the nearest of the triangles that cover its centre
-/// according to the reference of document B. If three triangles partition a fourth, each pixel of
-/// the fourth must be covered by exactly one of the three.
+/// according to document B's reference implementation. If three triangles partition a fourth, each
+/// pixel of the fourth must be covered by exactly one of the three.
 pub fn z_buffer(bytes: &[u8]) {
     let mut input = Input::on_a_grid(bytes);
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
@@ -158,8 +159,8 @@ fn project((x, y, depth): Corner) -> Vector {
     Vector::new(f64::from(x) / 4.0, f64::from(y) / 4.0, -1.0 / f64::from(depth))
 }
 
-/// Draws each triangle separately with the reference, and checks that each pixel shows one of the
-/// nearest triangles that cover it.
+/// Draws each triangle separately with the reference implementation, and checks that each pixel
+/// shows one of the nearest triangles that cover it.
 fn nearest_is_drawn(view: &View, outlines: &[[Corner; 3]]) {
     let soup: Vec<Triangle> = outlines.iter().map(|o| Triangle(o.map(unproject))).collect();
     let drawn = triangles(view, &soup, 1e-9);
@@ -196,7 +197,7 @@ fn nearest_is_drawn(view: &View, outlines: &[[Corner; 3]]) {
     }
 }
 
-/// Draws one triangle into an image of its own, using the reference.
+/// Draws one triangle into an image of its own, using the reference implementation.
 fn drawn_alone(outline: &[Corner; 3]) -> z_buffer::ZBuffer {
     let mut picture = z_buffer::ZBuffer::new(SIDE as usize, SIDE as usize);
     picture.draw(0, &outline.map(project));

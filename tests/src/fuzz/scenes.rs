@@ -1,4 +1,5 @@
-//! Compares the kernel and the hierarchy with the reference, on scenes generated from bytes.
+//! Compares the kernel and the hierarchy with the reference implementation, on scenes generated
+//! from bytes.
 
 use intertri::simd::Level;
 

@@ -6,7 +6,7 @@ use intertri_trace::Bvh;
 
 use super::cases::{KINDS, case};
 
-/// Spawns rays from hits of every kind of pair, in directions of all kinds, many of which are
+/// Spawns rays from the hits of pairs of every kind, in directions of all kinds, many of which are
 /// nearly in the triangle's plane.
 #[test]
 fn no_ray_meets_the_triangle_that_it_starts_on() {

@@ -54,7 +54,7 @@ fn the_answers_hash_to_the_golden_number_at_every_level() {
                 assert_eq!(*hit, one, "packets and blocks agree");
                 let count = fixed.crossings(&blocks, ray);
                 assert_eq!(fixed.any(&blocks, ray), hit.is_hit());
-                // A miss is all ones, in the 64 bits of an index here.
+                // For a miss, the index is hashed as 64 one bits.
                 let triangle = hit.some().map_or(u64::MAX, |hit| hit.triangle.into());
                 for word in [hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), triangle] {
                     hash = mix(hash, word);

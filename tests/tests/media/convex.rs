@@ -130,7 +130,8 @@ impl Convex {
     }
 }
 
-/// Adds a fan of triangles, around a random corner, over the corners in a plane.
+/// Triangulates the corners in a plane as a fan around a random corner, and adds its triangles to
+/// `to`.
 fn fan(normal: Point, most: i128, corners: &[Point], rng: &mut Rng, to: &mut Vec<[Point; 3]>) {
     let mut ring: Vec<Point> =
         corners.iter().copied().filter(|p| dot(normal, *p) == most).collect();

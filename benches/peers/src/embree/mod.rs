@@ -1,5 +1,5 @@
-//! Engines that call Embree, version 3 or 4, through its C interface. The shared library is loaded
-//! at run time, so you can build this program without having Embree installed.
+//! Engines that call Embree, version 3 or 4, through its C API. The shared library is loaded at run
+//! time, so you can build this program without having Embree installed.
 //!
 //! Rays are stored as a structure of arrays, in groups that each hold the rays of one call. Each
 //! group is copied into the structure that Embree reads and writes, and the result is copied out. A
@@ -40,7 +40,7 @@ macro_rules! api {
 
         impl Api {
             fn load(library: libloading::Library) -> Result<Self, libloading::Error> {
-                // SAFETY: the types are those of Embree's manual; the pointers live as long as the
+                // SAFETY: the types are those in Embree's manual; the pointers live as long as the
                 // library, which is stored next to them.
                 unsafe {
                     Ok(Self { $($field: *library.get(concat!($name, "\0").as_bytes())?,)* _library: ManuallyDrop::new(library) })
@@ -80,8 +80,7 @@ api! {
     occluded_16 = "rtcOccluded16": fn(*const i32, Ptr, Ptr, Ptr);
 }
 
-// Constants of the interface. They are the same in versions 3 and 4, unless a comment says
-// otherwise.
+// Constants of the API. They are the same in versions 3 and 4, unless a comment says otherwise.
 const TRIANGLES: i32 = 0;
 const INDEX_BUFFER: i32 = 0;
 const VERTEX_BUFFER: i32 = 1;
@@ -113,7 +112,7 @@ impl Api {
 
     /// Returns the library's name and version, such as "Embree 4.4.0".
     pub fn version(&self) -> String {
-        // SAFETY: the device has the default configuration, is queried once and released.
+        // SAFETY: the device has the default configuration, is queried once, and is then released.
         let version = unsafe {
             let device = (self.new_device)(std::ptr::null());
             let version = (self.device_property)(device, VERSION);
@@ -226,7 +225,8 @@ impl Scene {
 
     /// Moves all vertices, whose number must not change, and refits the hierarchy.
     pub fn refit(&self, vertices: &[[f32; 3]]) {
-        // SAFETY: the buffer has as many rows as the mesh, and nothing queries the scene meanwhile.
+        // SAFETY: the buffer has one row per vertex of the mesh, and nothing queries the scene
+        // meanwhile.
         unsafe {
             let geometry = (self.api.get_geometry)(self.scene, 0);
             let to = (self.api.buffer_data)(geometry, VERTEX_BUFFER, 0);

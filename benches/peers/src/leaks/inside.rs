@@ -62,8 +62,8 @@ impl Bounded {
         if areas.iter().any(|&x| (x > 0.0) != positive) {
             return Some(false);
         }
-        // The areas have the sign of the x component of the normal. So the triangle is ahead if the
-        // normal points away from the side that the point is on.
+        // The areas have the same sign as the x component of the normal. The triangle is therefore
+        // ahead if the normal points away from the side that the point is on.
         Some(height.is_none_or(|height| (height < 0.0) == positive))
     }
 

@@ -50,7 +50,7 @@ pub struct Options {
     embree: Option<PathBuf>,
 }
 
-/// The number of leaks of an engine, for one mesh and target.
+/// An engine's leaks for one mesh and target.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     pub mesh: String,

@@ -98,7 +98,7 @@ fn tolerance(text: &str) -> std::result::Result<Tolerance, String> {
     }
 }
 
-/// Predicts the effect of each choice, tries it on the sample, and recommends one.
+/// Predicts the effect of each choice, tries all choices on a sample, and recommends one.
 pub(crate) fn run(options: &Options) -> Result<()> {
     let start = Instant::now();
     let (width, height) = options.size;
@@ -177,7 +177,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 }
 
 /// Loads the model or the built-in scene. Also returns the saved hierarchy, if any, and what was
-/// rounded or changed on reading.
+/// rounded or changed while reading.
 fn load(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>, Rounding, ModelNotes)> {
     let (width, height) = options.size;
     let load = |path| Model::load(path, options.reading)?.in_f32();
@@ -213,7 +213,7 @@ struct Candidate {
     engine: Option<(EngineName, Bits)>,
 }
 
-/// Returns all choices, starting with the cheapest.
+/// Returns all choices, in ascending order of bits per vertex.
 fn candidates(triangles: &[Triangle], eye: [f32; 3], threshold: Threshold) -> Vec<Candidate> {
     let mut candidates = vec![];
     for b in GRIDS {
@@ -249,7 +249,7 @@ struct Trials<'a> {
     eye: [f32; 3],
     /// The engines, which share the hierarchy over the triangles.
     engines: Engines<'a>,
-    /// All camera rays of the image, as measured by `bench`.
+    /// All camera rays of the image, which `bench` also measures.
     primary: &'a [Ray],
     /// The rays of the sample.
     rays: &'a [Ray],

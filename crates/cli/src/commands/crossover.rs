@@ -78,7 +78,7 @@ fn race(
     engines: &mut Engines<'_>,
     turns: usize,
 ) -> Result<[Race; 2]> {
-    // The first turn is not timed, because it also builds what each mesh needs only once.
+    // The first turn is not timed, because it also builds the data that is built once per mesh.
     let mut seconds = [const { Vec::new() }; 4];
     for turn in 0..=turns {
         let rays = Frame::draw(scene, raster, engines, EngineName::Certified, Shadows::Rays)?;

@@ -18,8 +18,8 @@ const FAR: f64 = 100.0;
 /// Returns a warning if a scene is so small that the default threshold hides triangles from its
 /// rays.
 ///
-/// The threshold limits `|normal . direction|` and t. The direction of a shadow ray is as long as
-/// the distance that the ray covers to the light, and a camera ray's t is a distance.
+/// The threshold limits `|normal . direction|` and t. A shadow ray's direction is as long as the
+/// segment that the ray covers, and a camera ray's t is a distance.
 pub(crate) fn small(scene: &Scene, triangles: &[Triangle]) -> Option<String> {
     let (middle, radius) = middle_and_radius(scene)?;
     let threshold = Threshold::DEFAULT.get();
@@ -42,8 +42,8 @@ pub(crate) fn small(scene: &Scene, triangles: &[Triangle]) -> Option<String> {
     })
 }
 
-/// Returns whether the threshold hides a triangle from the camera or the light. The light only
-/// counts if the sine of the angle between its rays and the triangle is above [`FLAT`].
+/// Returns whether the threshold hides a triangle from the camera or the light. The light counts
+/// only if the sine of the angle between its rays and the triangle is above [`FLAT`].
 fn is_hidden(scene: &Scene, triangle: &Triangle, threshold: f64) -> bool {
     let middle = [0, 1, 2].map(|k| triangle.0.iter().map(|p| f64::from(p[k])).sum::<f64>() / 3.0);
     let normal = triangle.normal();

@@ -203,10 +203,11 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     }
 }
 
-/// Returns the scalar to trace the model and the rays in: f32 if the engine only supports f32, or
-/// if no number is rounded.
+/// Returns the scalar to trace the model and the rays in. By default, this is f32 if the engine
+/// supports only f32, or if f32 represents the model and the format of the rays exactly; otherwise
+/// it is f64.
 ///
-/// The choice depends on the format of the rays, but not on their coordinates, so that no ray
+/// The default depends on the format of the rays, but not on their coordinates, so that no ray
 /// affects how another ray is traced. The answers of `exact` are the same in both scalars if f32
 /// represents all numbers.
 fn scalar(options: &Options, model: &Model, rays: &Rays<'_>) -> ScalarName {

@@ -237,7 +237,7 @@ fn in_scalar<S: Coordinate, T: Coordinate + BvhScalar>(mesh: Mesh<S>) -> Result<
     Ok(of_mesh(Mesh { positions, triangles, corner_uvs, parts }, rounding))
 }
 
-/// Returns the triangles of a hierarchy, without shared vertices. The hierarchy does not store
+/// Returns the triangles in a hierarchy, without shared vertices. The hierarchy does not store
 /// non-finite triangles; each is replaced by a degenerate triangle at a corner of another one, so
 /// that the bounds do not change.
 fn mesh<S: Coordinate + BvhScalar>(bvh: &Bvh<S>) -> Result<Mesh<S>> {

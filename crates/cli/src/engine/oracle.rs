@@ -1,7 +1,7 @@
 //! The `oracle` engine: finds exact answers by testing all triangles one by one. It is slow, and
 //! serves only to check the other engines.
 //!
-//! The laboratory's predicates and rational arithmetic decide where a ray hits a triangle. Rational
+//! The lab crate's predicates and rational arithmetic decide where a ray hits a triangle. Rational
 //! arithmetic also decides the order of t and the interval. Only the values of t, u and v, each
 //! rounded once, come from the kernel's integers.
 

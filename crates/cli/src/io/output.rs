@@ -1,4 +1,4 @@
-//! The output: standard output, or a file that only appears once it is complete.
+//! The output: standard output, or a file that appears only once it is complete.
 
 use std::fs::{self, File};
 use std::io::{self, Write};

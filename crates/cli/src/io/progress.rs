@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// A progress bar, or a spinner if the amount of work is unknown. It is only shown if standard
+/// A progress bar, or a spinner if the amount of work is unknown. It is shown only if standard
 /// error is a terminal, and disappears when dropped.
 pub(crate) struct Progress(ProgressBar);
 

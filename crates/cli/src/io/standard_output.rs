@@ -42,7 +42,7 @@ mod at_the_start {
     static WAS_CLOSED: AtomicBool = AtomicBool::new(false);
 
     // `ctor` marks functions that run before `main`, when much of the standard library is not ready
-    // yet. This function only makes a system call.
+    // yet. This function makes only a system call.
     ctor::declarative::ctor! {
         #[ctor(unsafe)]
         fn look() {

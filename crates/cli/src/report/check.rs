@@ -2,12 +2,12 @@
 //!
 //! - Engines that follow document A must agree on every bit, and so must the exact engines.
 //! - Between these two kinds, t differs in its last bits. If the triangle or the shadow differs,
-//!   the laboratory's oracle must confirm `exact`.
+//!   the lab crate's oracle must confirm `exact`.
 //! - The z-buffer and the shadow volumes see the scene along lines that differ by rounding. If
-//!   either is involved, a pixel may only differ if an edge, a tie of depths or the surface of a
-//!   volume passes within this rounding error: the rule of `docs/raster.md`, decided for each
-//!   pixel. Exact shadow rays extend to the surface, whereas volumes end a ten-thousandth of the
-//!   distance before it; the oracle decides in that part.
+//!   either is involved, a pixel may differ only if an edge, a tie in depth or the surface of a
+//!   volume passes within this rounding error of it, by the rule in `docs/raster.md`. Exact shadow
+//!   rays extend to the surface, whereas volumes end a ten-thousandth of the distance before it; in
+//!   that part, the oracle decides.
 //! - The `fixed` engine sees a snapped scene, which may change any pixel.
 
 use intertri::{Hit, Triangle};
@@ -46,8 +46,8 @@ impl Difference {
         }
     }
 
-    /// Compares an exact frame with one of document A. If the triangle or the shadow of a pixel
-    /// differs, the oracle must confirm the exact frame.
+    /// Compares an exact frame with one that follows document A. If the triangle or the shadow of a
+    /// pixel differs, the oracle must confirm the exact frame.
     pub(crate) fn settled(raster: &Raster<'_>, exact: &Frame, other: &Frame) -> Self {
         let (triangles, scene, (width, height)) = (raster.triangles, raster.scene, raster.size);
         let settle = |right| if right { Verdict::Excused } else { Verdict::Unexcused };

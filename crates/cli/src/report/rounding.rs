@@ -6,7 +6,8 @@ use intertri_lab::tables::grouped;
 use intertri_scene::Rounding;
 use serde::{Serialize, Serializer};
 
-/// The numbers of a model and of rays that were rounded to f32. No number is ever rounded to f64.
+/// The numbers of a model and of rays that were rounded to f32. Converting a decimal to the nearest
+/// f64 does not count.
 #[derive(Clone, Copy, Default, Serialize)]
 pub(crate) struct Rounded {
     #[serde(serialize_with = "serialize")]

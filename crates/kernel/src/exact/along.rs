@@ -93,9 +93,9 @@ pub fn attributes32<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> [f32
 /// Takes f64 values that were correctly rounded from exact numbers, and returns the exact numbers
 /// correctly rounded to f32. Returns `None` if the f64 values do not determine the results.
 ///
-/// Rounding preserves order. So if both f64 neighbours of a value round to the same f32, so does
-/// every real number that rounds to the value. Next to the midpoint of two f32 values, the
-/// neighbours round to different values.
+/// Rounding preserves order. If both f64 neighbours of a value round to the same f32, so does every
+/// real number that rounds to the value. Next to the midpoint of two f32 values, the neighbours
+/// round to different values.
 #[inline(always)]
 pub(super) fn narrowed(numbers: [f64; 3]) -> Option<[f32; 3]> {
     let [t, u, v] = numbers.map(|x| {
@@ -131,8 +131,8 @@ pub fn order_from<S: Scalar>(
     at_tier!(S, from.max(scales.tier()), order::<S, C, N, V, P>(&a, &b, scales))
 }
 
-/// Computes those of t, u and v in integers that are not yet known. A weight of 0, at a point on an
-/// edge, cannot be proven by a bound, so it is computed here.
+/// Computes, in integers, whichever of t, u and v are not yet known. A weight of 0, at a point on
+/// an edge, cannot be proven by a bound, so it is computed here.
 #[inline(never)]
 fn attributes_by_integers<S: Scalar>(
     from: Tier,
@@ -221,9 +221,9 @@ mod tests {
     use super::attributes32;
     use crate::{Ray, Triangle};
 
-    /// Here t is the mean of three heights, `1 + k 2^-24 + tiny`, which for odd k is next to the
-    /// midpoint of two f32 values. In f64, the sum loses `tiny`, so rounding to f64 and then to f32
-    /// would change half of the results by one step.
+    /// In this test, t is the mean of three heights, `1 + k 2^-24 + tiny`, which for odd k is next
+    /// to the midpoint of two f32 values. In f64, the sum loses `tiny`, so rounding to f64 and then
+    /// to f32 would change half of the results by one step.
     #[test]
     fn numbers_near_half_way_are_rounded_once() {
         let tiny = 2.0_f32.powi(-70);

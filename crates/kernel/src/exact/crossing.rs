@@ -229,7 +229,7 @@ mod tests {
             let mut point = || [0; 3].map(|_| random() * (4000.0 * (random() + 0.51)).powi(2));
             let (corners, origin, part) = ([point(), point(), point()], point(), 0.5 + random());
             let (a, b) = (corners[i % 3], corners[(i + 1) % 3]);
-            // Aim at a point of an edge, up to rounding.
+            // Aim at a point on an edge, up to rounding.
             let dir = [0, 1, 2].map(|k| a[k] + part * (b[k] - a[k]) - origin[k]);
             let (ray, triangle) = (Ray64::new(origin, dir), TriangleOf(corners));
             let Ok(said) = in_two_parts(&ray, &triangle) else { continue };

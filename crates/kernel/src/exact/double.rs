@@ -1,4 +1,5 @@
-//! Two-part numbers: sums and products of f64 values, with twice the precision of f64.
+//! Two-part numbers (double-double arithmetic): sums and products of f64 values, with twice the
+//! precision of f64.
 //!
 //! Dekker, A Floating-Point Technique for Extending the Available Precision, 1971; Knuth, The Art
 //! of Computer Programming, volume 2, section 4.2.2.

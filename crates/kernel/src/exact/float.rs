@@ -88,7 +88,7 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     let (over, under) = (u_over | v_over | w_over, u_under | v_under | w_under);
     let miss = over & under;
     let none = D::Mask::from_bits(0);
-    // Few lanes get this far, so T and the interval are only computed if at least one does.
+    // Few lanes get this far, so T and the interval are computed only if at least one does.
     if !(!miss).any() {
         return Decided { miss, closed: none, inside: none, leaves: none };
     }

@@ -52,10 +52,10 @@ pub struct HitCoefficients {
     coefficients: [[[f64; 4]; 3]; 2],
     /// The numerator of t, by part.
     known: [[f64; 4]; 2],
-    /// The error bounds of the products, divided by the sum of the direction's magnitudes. They are
+    /// The error bounds on the products, divided by the sum of the direction's magnitudes. They are
     /// NaN if nothing is proven.
     share: [f64; 4],
-    /// The error bound of the numerator of t.
+    /// The error bound on the numerator of t.
     known_err: f64,
     index: u32,
 }
@@ -64,7 +64,7 @@ pub struct HitCoefficients {
 pub(super) struct EightSeen<D: Lanes> {
     /// The cross products n, v and w, each in two parts.
     pub(super) products: [[Vec3<D>; 2]; 3],
-    /// The error bounds of the products of n, v and w with a direction, divided by the sum of the
+    /// The error bounds on the products of n, v and w with a direction, divided by the sum of the
     /// direction's magnitudes. They are NaN if nothing is proven.
     pub(super) shares: [D; 3],
     /// The numerator of t.
@@ -206,7 +206,7 @@ fn product<D: Lanes<Scalar = f64>>([high, low]: [Vec3<D>; 2], dir: Vec3<D>) -> D
     short_sum(all.high, low.dot_fused(dir) + (xy.low + all.low))
 }
 
-/// Returns the error bound of the dot product of a cross product and a direction, divided by the
+/// Returns the error bound on the dot product of a cross product and a direction, divided by the
 /// sum of the direction's magnitudes. It is NaN if the vectors are not exact. This is not a
 /// closure, because a closure would be compiled without the level's instructions.
 #[inline(always)]

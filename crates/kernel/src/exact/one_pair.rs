@@ -25,7 +25,7 @@ pub(super) struct Intersection {
     pub(super) quotients: [f64; 3],
     /// Bits 0, 1, and 2 are set if t, u, and v, respectively, are proven to be correctly rounded.
     pub(super) sure: u32,
-    /// The high parts, low parts, and error bounds of D, T, V, and W. The bounds are NaN if nothing
+    /// The high parts, low parts, and error bounds on D, T, V, and W. The bounds are NaN if nothing
     /// is proven.
     volumes: [[f64; 4]; 3],
 }
@@ -123,7 +123,7 @@ impl<X: Scalar> WithSimd for Meet<'_, X> {
 }
 
 /// Transposes four vectors into lanes. The code avoids an array's `map`, which may compile to a
-/// call of a function that lacks the level's instructions.
+/// call to a function that lacks the level's instructions.
 #[inline(always)]
 fn lanes<S: Simd, X: Scalar>([a, b, c, d]: [[X; 3]; 4]) -> Vec3<S::F64x4> {
     let x: [f64; 4] = [a[0].into(), b[0].into(), c[0].into(), d[0].into()];

@@ -71,9 +71,9 @@ pub struct HitCoefficients32 {
     coefficients: [[f64; 4]; 3],
     /// The numerator of t.
     known: f64,
-    /// The error bound of t's numerator.
+    /// The error bound on t's numerator.
     known_err: f64,
-    /// The error bound of the dot products, relative to the sum of the magnitudes of the
+    /// The error bound on the dot products, relative to the sum of the magnitudes of the
     /// direction's components, or NaN if nothing is proven.
     share: f64,
     index: u32,

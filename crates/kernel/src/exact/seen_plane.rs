@@ -63,7 +63,7 @@ impl<S: Scalar> SeenPlane<S> {
         // Compare magnitudes, not signed values: two planes can be ordered even if one is so near
         // the origin that the sign of its T is unknown.
         let gap = self.num * other_den - other.num * den;
-        // The sum of the error bounds of the two products, whose factors are all inexact (exact.md,
+        // The sum of the error bounds on the two products, whose factors are all inexact (exact.md,
         // section 9).
         let err = (self.num + self.num_err) * other_err
             + self.num_err * other_den

@@ -151,7 +151,7 @@ impl HitCoefficients {
 /// limits, `2^-200` and `2^300`.
 const TAME_DIR: [f64; 2] = [f64::from_bits((1023 - 200) << 52), f64::from_bits((1023 + 300) << 52)];
 
-/// Returns the error bound of the dot product of a cross product and a direction, divided by the
+/// Returns the error bound on the dot product of a cross product and a direction, divided by the
 /// sum of the magnitudes of the direction's components, or NaN if nothing is proven.
 #[inline(always)]
 fn share<D: Lanes<Scalar = f64>>(a: &TwoParts<D>, b: &TwoParts<D>, plain: D::Mask) -> D {

@@ -1,4 +1,4 @@
-//! All hits of a ray on the triangles of a block, as decided by the filter.
+//! All hits of a ray on the triangles in a block, as decided by the filter.
 
 use crate::packet::TriangleBlock;
 use crate::simd::{Lanes, Mask, Simd};
@@ -7,7 +7,7 @@ use super::edges::{Edges, Rays, Triangles};
 use super::verdicts::Verdicts;
 use super::{Counts, Filter, PreparedRay};
 
-/// The hits of a ray on the triangles of a block. A lane that is in neither `sure` nor `undecided`
+/// The hits of a ray on the triangles in a block. A lane that is in neither `sure` nor `undecided`
 /// is a miss.
 ///
 /// ```
@@ -42,9 +42,9 @@ pub struct BlockHits {
     pub undecided: u32,
     /// Certain hits at which the ray crosses the plane in the direction of the normal.
     pub leaves: u32,
-    /// Lower bounds of t for the certain hits.
+    /// Lower bounds on t for the certain hits.
     pub t_lo: [f32; 8],
-    /// Upper bounds of t for the certain hits.
+    /// Upper bounds on t for the certain hits.
     pub t_hi: [f32; 8],
 }
 
@@ -72,7 +72,7 @@ impl Filter<'_> {
         }
         counts.undecided += u64::from(undecided.count_ones());
 
-        // If the upper bound of t reaches the end of the interval, the hit may be beyond that end,
+        // If the upper bound on t reaches the end of the interval, the hit may be beyond that end,
         // so it is not certain.
         let sure = hit & Mask::bits(t_hi.lt(Lanes::splat(self.sure_end(ray.ray.t_max))));
         let leaves = sure & !Mask::bits(edges.den.negative());

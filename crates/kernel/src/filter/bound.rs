@@ -1,7 +1,8 @@
 //! The constants of the filter's error bounds. `docs/numerics/certified.md` derives each of them.
 //!
-//! `u` is half an ulp of 1 in f32; |.|₁ and |.|₂ are the 1-norm and the 2-norm; h is the longest
-//! edge.
+//! `u` is half an ulp of 1 in f32, |.|₁ and |.|₂ are the 1-norm and the 2-norm, and h is the
+//! longest edge. The noise of the reference is the rounding error of document A's own computation
+//! in f64.
 
 /// Half an ulp of 1 in f32.
 pub(super) const U: f32 = 1.0 / (1 << 24) as f32;
@@ -14,8 +15,8 @@ pub(super) const PRECHECK: f32 = 32.0 * U;
 /// `EDGE |d|₂ h (|A|₁ + NEAR h)`.
 pub(super) const EDGE: f32 = 6.5 * U;
 
-/// The factor of the edge length in the bound of [`EDGE`]. The error of U is within twice the bound
-/// of V and W.
+/// The coefficient of the edge length in the bound described at [`EDGE`]. The error of U is within
+/// twice the bound on V and W.
 pub(super) const NEAR: f32 = 0.65;
 
 /// The error of V is within `SHARP perm(h5, d, A)`, plus noise. The error of W is bounded in the
@@ -31,7 +32,7 @@ pub(super) const DEN: f32 = 8.5 * U;
 /// The error of the numerator is within `NUM |A|₁ h²`.
 pub(super) const NUM: f32 = 8.5 * U;
 
-/// The sharp error bound of the numerator is `SHARP_NUM perm(h4, h5, A)`, plus the reference's
+/// The sharp error bound on the numerator is `SHARP_NUM perm(h4, h5, A)`, plus the reference's
 /// noise.
 pub(super) const SHARP_NUM: f32 = 8.25 * U;
 /// The reference's noise in the numerator is within `NUM_NOISE |A|₁ h²`. The value is 2^-49.
@@ -66,8 +67,8 @@ pub(super) const SHORTEST_DIR: f32 = 1.0 / LARGEST;
 /// effect of underflow on the denominator.
 pub(super) const GRAZING_ADD: f32 = f32::from_bits((127 - 80) << 23);
 
-/// The error bound of an edge is at least `OFF_ADD h`, which exceeds the effect of underflow. The
-/// value is 2^-72.
+/// The error bound on an edge function is at least `OFF_ADD h`, which exceeds the effect of
+/// underflow. The value is 2^-72.
 pub(super) const OFF_ADD: f32 = f32::from_bits((127 - 72) << 23);
 
 /// A bound on the effect of underflow on a product or a sum, whether or not results are flushed to
@@ -91,7 +92,7 @@ pub(super) const SCREEN_EDGE: f32 = 0.5;
 /// A direction on the projection is at most this many times as long as its depth.
 pub(super) const LEAN: f32 = 1.23;
 
-/// The error of a linear form at a point of the projection, rounded to f32, is within
+/// The error of a linear form at a point on the projection, rounded to f32, is within
 /// `SCREEN |form|₁`.
 pub(super) const SCREEN: f32 = 9.25 * U;
 
@@ -124,7 +125,7 @@ pub(super) const THIN: f32 = (1_u64 << 24) as f32;
 /// be subnormal, and the rounding error of a subnormal result exceeds `INVERSE`.
 pub(super) const SHORTEST_T: f32 = f32::from_bits((127 - 80) << 23);
 
-/// If rays miss the origin by up to `off`, the bound of an edge grows by `OFF_EDGE h off`.
+/// If rays miss the origin by up to `off`, the bound on an edge function grows by `OFF_EDGE h off`.
 pub(super) const OFF_EDGE: f32 = 1.25;
 /// If rays miss the origin by up to `off`, the error of the inverse depth grows by
 /// `OFF_DEPTH off |s|₁`, relative to the largest inverse depth on the part of the projection that

@@ -37,7 +37,7 @@ pub struct Triangles<F> {
 }
 
 impl<F: Lanes<Scalar = f32>> Triangles<F> {
-    /// Loads the N triangles of a block.
+    /// Loads the N triangles in a block.
     #[inline(always)]
     pub(crate) fn of_block<const N: usize>(block: &TriangleBlock<N>, room: &Room) -> Self {
         // Do not use `map` here: it would be compiled without the level's instructions.
@@ -47,7 +47,7 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
         if room.copies { Self::of_edges(corners, h) } else { Self::new(corners, h) }
     }
 
-    /// Copies one triangle of a block to all lanes.
+    /// Copies one triangle in a block to all lanes.
     #[inline(always)]
     pub(crate) fn of_lane<const N: usize>(
         block: &TriangleBlock<N>,
@@ -159,7 +159,7 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
         }
     }
 
-    /// Loads the N rays of a packet.
+    /// Loads the N rays in a packet.
     #[inline(always)]
     pub(crate) fn of_packet<const N: usize>(
         packet: &RayPacket<N>,
@@ -315,11 +315,11 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
 pub(super) struct PlaneHit<F> {
     /// The numerator, multiplied by the sign of `den`.
     pub(super) num: F,
-    /// `SLACK` times the error bound of the numerator.
+    /// `SLACK` times the error bound on the numerator.
     pub(super) num_err: F,
     /// The absolute value of the denominator.
     den: F,
-    /// `SLACK` times the error bound of the denominator.
+    /// `SLACK` times the error bound on the denominator.
     pub(super) den_err: F,
 }
 
@@ -388,7 +388,7 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
 }
 
 /// Returns lower and upper bounds on t, given its numerator, its positive denominator, and `SLACK`
-/// times the error bound of each. After the division, the three products with the reciprocal can be
+/// times the error bound on each. After the division, the three products with the reciprocal can be
 /// computed in parallel.
 #[inline(always)]
 pub(super) fn enclose<F: Lanes<Scalar = f32>>(num: F, num_err: F, den: F, den_err: F) -> (F, F) {

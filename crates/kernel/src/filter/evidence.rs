@@ -36,31 +36,31 @@ pub struct Evidence {
     pub w: f32,
     /// U, the weight of the first corner times the denominator.
     pub u: f32,
-    /// The error bound of V and of W.
+    /// The error bound on V and on W.
     pub edge: f32,
-    /// The error bound of U.
+    /// The error bound on U.
     pub u_edge: f32,
-    /// The sharp bounds of V, W, and U, for pairs that the other bounds leave undecided.
+    /// The sharp bounds on V, W, and U, for pairs that the other bounds leave undecided.
     pub sharp: [f32; 3],
     /// D, the dot product of the normal (not of unit length) and the direction.
     pub den: f32,
-    /// The error bound of D.
+    /// The error bound on D.
     pub den_err: f32,
     /// T, the dot product of the normal and the vector from the origin to the first corner.
     pub num: f32,
-    /// The error bound of T.
+    /// The error bound on T.
     pub num_err: f32,
-    /// The sharp bound of T, for pairs that the other bound leaves undecided.
+    /// The sharp bound on T, for pairs that the other bound leaves undecided.
     pub sharp_num: f32,
-    /// Lower and upper bounds of t from the sharp bound of T, valid if [`Evidence::sure`].
+    /// Lower and upper bounds on t from the sharp bound on T, valid if [`Evidence::sure`].
     pub sharp_t: [f32; 2],
-    /// The lower bound of t, valid if [`Evidence::sure`].
+    /// The lower bound on t, valid if [`Evidence::sure`].
     pub t_lo: f32,
-    /// The upper bound of t, valid if [`Evidence::sure`].
+    /// The upper bound on t, valid if [`Evidence::sure`].
     pub t_hi: f32,
     /// V, W, U, and D divided by `h`, as computed in the precheck.
     pub precheck: [f32; 4],
-    /// The error bound of each value in `precheck`.
+    /// The error bound on each value in `precheck`.
     pub precheck_bound: f32,
     /// The longest edge of the triangle.
     pub h: f32,
@@ -137,7 +137,7 @@ impl WithSimd for BlockEvidence<'_> {
             u_edge: 2.0 * edge,
             sharp: [lane(sharp_v), lane(sharp_w), lane(sharp_u)],
             den: lane(edges.den),
-            // The kernel stores `SLACK` times the bounds of D and T, whereas tests use the bounds
+            // The kernel stores `SLACK` times the bounds on D and T, whereas tests use the bounds
             // themselves.
             den_err: lane(plane.den_err) / bound::SLACK,
             // `plane.num` is multiplied by the sign of D; flipping it again restores T.

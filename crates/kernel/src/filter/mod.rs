@@ -169,7 +169,7 @@ impl<'a> Filter<'a> {
 }
 
 impl Filter<'_> {
-    /// Projects the triangles of one or two blocks with a frame, for rays whose depth per unit of t
+    /// Projects the triangles in one or two blocks with a frame, for rays whose depth per unit of t
     /// is at least `slowest`. The second block begins at lane 8.
     ///
     /// See [`Outlines`] for an example.
@@ -204,7 +204,7 @@ impl Filter<'_> {
         if off > 0.0 { frame.passed_within(off, reach) } else { frame }
     }
 
-    /// Adds the live rays of a packet to `starts`, the depths at which the rays' intervals begin.
+    /// Adds the live rays in a packet to `starts`, the depths at which the rays' intervals begin.
     /// No hit has a t below `t_min[0]`, and any t above `t_min[1]` is certainly past the near end
     /// of the interval.
     ///

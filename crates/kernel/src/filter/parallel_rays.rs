@@ -1,4 +1,4 @@
-//! Tests parallel rays whose lines are close together: finds the triangles of a block that may be
+//! Tests parallel rays whose lines are close together: finds the triangles in a block that may be
 //! hit by one of the rays, and then which of sixteen rays hit a given triangle.
 //!
 //! ```text
@@ -115,7 +115,7 @@ impl Filter<'_> {
         Axis { rays, dir: axis.dir, reach }
     }
 
-    /// Finds the triangles of a block that rays around an axis may hit, and returns them as bits.
+    /// Finds the triangles in a block that rays around an axis may hit, and returns them as bits.
     /// If there are any, stores their edge functions in `along`.
     #[inline(always)]
     pub fn along_in<S: Simd>(
@@ -171,7 +171,7 @@ impl Filter<'_> {
             edges.decide(&triangle, rays, far, live, (self.threshold, self.room));
         counts.undecided += u64::from(undecided.count_ones());
 
-        // If the upper bound of t reaches the end of the interval, the hit may be beyond that end,
+        // If the upper bound on t reaches the end of the interval, the hit may be beyond that end,
         // so it is not certain.
         let sure = hit & Mask::bits(t_hi.lt(self.sure_ends(&packet.t_max)));
         let leaves = sure & !Mask::bits(edges.den.negative()) != 0;

@@ -142,7 +142,7 @@ impl Filter<'_> {
     where
         Lane<N>: Width,
     {
-        // The precheck nearly always rejects all rays of a packet.
+        // The precheck nearly always rejects all rays in a packet.
         if !rays.may_hit(triangle, live) {
             counts.tests += u64::from(live.count_ones());
             return Verdicts::miss();

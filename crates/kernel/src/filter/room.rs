@@ -31,7 +31,8 @@ pub struct Room {
     pub(super) num: [f32; 2],
     /// `SHARP` and `SHARP_U`
     pub(super) sharp: [f32; 2],
-    /// The noise that is added to the sharp bounds of edges and of T, relative to `|A|₁`.
+    /// The noise that is added to the sharp bounds on the edge functions and on T, relative to
+    /// `|A|₁`.
     pub(super) sharp_away: [f32; 2],
     /// The part of an edge's bound that is relative to `h |d|₂`: a factor of `|o|₁` and a constant.
     pub(super) off: [f32; 2],

@@ -31,9 +31,9 @@ pub(crate) struct Verdicts<F> {
     pub(crate) hit: u32,
     /// Pairs that the resolver must settle.
     pub(crate) undecided: u32,
-    /// The lower bound of the mode's t, in the lanes of [`Verdicts::hit`].
+    /// The lower bound on the mode's t, in the lanes of [`Verdicts::hit`].
     pub(crate) t_lo: F,
-    /// The upper bound of the mode's t, in the lanes of [`Verdicts::hit`].
+    /// The upper bound on the mode's t, in the lanes of [`Verdicts::hit`].
     pub(crate) t_hi: F,
 }
 

@@ -10,7 +10,7 @@
 //! same direction, but the bounds are derived to cover even that case. Products and sums are
 //! rounded separately, as on a level without fused operations.
 //!
-//! Rump and Kashiwagi, *Implementation and improvements of affine arithmetic*, 2015, describes the
+//! Rump and Kashiwagi, *Implementation and improvements of affine arithmetic*, 2015, describe the
 //! general method.
 
 use core::cell::{Cell, RefCell};

@@ -262,7 +262,7 @@ impl Grid {
         pow2(-self.scale)
     }
 
-    /// Returns the grid point nearest to a point of the scene.
+    /// Returns the grid point nearest to a point in the scene.
     ///
     /// # Errors
     /// Returns an error if the point is not finite or is outside the grid.

@@ -1,5 +1,5 @@
 //! Computes t, u, and v for rays and triangles that they are known to hit. The values of t match
-//! document A bit for bit; the weights follow document D.
+//! document A bit for bit, and the weights follow document D (`docs/documents.md`).
 
 mod pairs;
 mod shared_origin;

@@ -1,8 +1,8 @@
 //! Computes t, u, and v for eight pairs in lanes, each a ray and a triangle that it is known to
 //! hit.
 //!
-//! The operations and their order match the reference, so every t matches it bit for bit. The
-//! weights follow document D.
+//! The operations and their order match the reference implementation, so every t matches it bit for
+//! bit. The weights follow document D.
 
 use crate::barycentric::Coefficients;
 use crate::document::Tri;

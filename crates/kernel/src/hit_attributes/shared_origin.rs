@@ -8,7 +8,7 @@
 //! ```
 //!
 //! t follows document A, and the weights follow document D. The operations and their order match
-//! the reference, so every t matches it bit for bit.
+//! the reference implementation, so every t matches it bit for bit.
 
 use super::shared_origin_hit::SharedOriginHit;
 use crate::barycentric::Coefficients;

@@ -119,7 +119,7 @@ impl ClosestHit {
                 }
                 return;
             }
-            // Without a hit so far, the interval overlaps the far end of the ray, so the resolver
+            // If there is no hit yet, the interval overlaps the far end of the ray, so the resolver
             // must also check the far end.
             let t = if self.is_hit() { Some(pairs.t(lane)) } else { pairs.hit(lane) };
             if let Some(t) = t {

@@ -50,8 +50,8 @@ impl Filter<'_> {
         all_hits(&verdicts, |_| self.sure_end(ray.t_max), &pairs)
     }
 
-    /// Tests one ray against a block and offers the hits to the ray's closest hit. Lane i of the
-    /// block has the index `indices[i]` and the slot `first + i`.
+    /// Tests one ray against a block and updates the ray's closest hit. Lane i of the block has the
+    /// index `indices[i]` and the slot `first + i`.
     ///
     /// ```
     /// use intertri::simd::{Simd, WithSimd, dispatch};
@@ -254,8 +254,8 @@ impl Filter<'_> {
         lanes_of(verdicts.lanes() & !sure).fold(sure, meets)
     }
 
-    /// Tests N rays against one triangle and offers the hits to the rays' closest hits. Only the
-    /// lanes in `live` take part.
+    /// Tests N rays against one triangle and updates the rays' closest hits. Only the lanes in
+    /// `live` take part.
     ///
     /// ```
     /// use intertri::simd::{Lane, Simd, Width, WithSimd, dispatch};
@@ -416,8 +416,7 @@ pub struct NumberedPacket<'a, 'b, S: Simd> {
 }
 
 impl<S: Simd> NumberedPacket<'_, '_, S> {
-    /// Tests the rays against the triangle in a lane of a block and offers the hits to the rays'
-    /// closest hits.
+    /// Tests the rays against the triangle in a lane of a block and updates the rays' closest hits.
     #[inline(always)]
     pub fn offer_hits_with(
         &self,

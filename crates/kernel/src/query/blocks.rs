@@ -37,7 +37,7 @@ pub struct Blocks {
 struct Aligned(TriangleBlock<16>);
 
 impl Blocks {
-    /// Prepares the triangles of a slice.
+    /// Prepares the triangles in a slice.
     pub fn new(triangles: &[Triangle]) -> Self {
         let block = |triangles| Aligned(TriangleBlock::new(triangles));
         Self { blocks: triangles.chunks(16).map(block).collect(), len: triangles.len() }

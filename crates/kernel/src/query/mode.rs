@@ -16,7 +16,7 @@ use crate::{Hit, Ray, Threshold};
 /// | --- | --- |
 /// | [`Mode::exact`], the default | the true ray meets the closed triangle: its edges and corners belong to it |
 /// | [`Mode::once`] | the same, but each point of a mesh belongs to only one of its triangles |
-/// | [`Mode::certified`] | the f64 operations of document A, in their order, find a hit: the results equal the results of a plain loop over that scalar reference, bit for bit |
+/// | [`Mode::certified`] | the f64 operations of document A, in their order, find a hit: the results equal those of a plain loop over that scalar reference, bit for bit |
 ///
 /// In every mode, a hit counts if `t_min <= t < t_max` and `t > 0`. A ray with a NaN or infinite
 /// coordinate hits nothing, and a triangle that has such a coordinate or is degenerate is never
@@ -50,6 +50,7 @@ use crate::{Hit, Ray, Threshold};
 ///
 /// # Certified
 /// Tests run in the same f32 lanes, with the reference's own f64 operations for undecided pairs.
+/// The reference implements document A, which defines the `InterTri` test (`docs/documents.md`).
 /// The mode uses the document's [`Threshold`].
 ///
 /// ```

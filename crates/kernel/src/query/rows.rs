@@ -47,7 +47,7 @@ impl Rows<'_> {
     }
 }
 
-/// Loads the corners of the first triangles of a slice into lanes.
+/// Loads the corners of the first triangles in a slice into lanes.
 #[inline(always)]
 fn transposed<S: Simd>(triangles: &[Triangle]) -> [Vec3<S::F32s>; 3] {
     // The transposition reads whole rows, so a shorter last row is copied to a padded buffer.

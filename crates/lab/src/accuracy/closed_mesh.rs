@@ -9,7 +9,8 @@ use super::error_counts::ErrorCounts;
 use crate::methods::{METHODS, on_grid};
 use crate::test_batch::TestBatch;
 
-/// Whether a point is inside a closed convex mesh, that is, on the inner side of every triangle.
+/// Returns whether a point is inside a closed convex mesh, that is, on the inner side of every
+/// triangle.
 pub(crate) fn is_within(triangles: &[Triangle], point: [f32; 3]) -> bool {
     let coord = |[x, y, z]: [f32; 3]| Coord3D { x, y, z };
     triangles.iter().all(|TriangleOf(corners)| {

@@ -13,7 +13,7 @@ pub struct PinholeCamera<'a> {
     pub half_height: f64,
     /// The width and height of the image in pixels.
     pub size: (u32, u32),
-    /// Returns the ray of a pixel, given its column and row from the top left.
+    /// Returns the ray for a pixel, given its column and row from the top left.
     pub ray: &'a (dyn Fn(u32, u32) -> Ray + Sync),
 }
 

@@ -25,7 +25,7 @@ pub(super) struct Facet {
     pub(super) area: f64,
     /// `h4 h5 / |n|`, document A's condition number.
     pub(super) kappa: f64,
-    /// The smallest and the largest distance of the triangle's corners in the view direction.
+    /// The smallest and largest depths of the triangle's corners along the view direction.
     pub(super) depth: (f64, f64),
     /// `A · n`. Its absolute value is the eye's distance from the plane times `|n|`.
     pub(super) height: f64,
@@ -77,7 +77,7 @@ impl Facet {
         }
     }
 
-    /// Whether all corners are finite.
+    /// Returns whether all corners are finite.
     pub(super) fn is_finite(&self) -> bool {
         self.corners.iter().all(|c| c.dot(*c).is_finite())
     }
@@ -100,7 +100,7 @@ impl Facet {
         PlaneHit { edges, slope, t: self.height / slope, margin: margin * self.near, sides: None }
     }
 
-    /// Whether the ray certainly passes outside the triangle, even if the edge values in
+    /// Returns whether the ray certainly passes outside the triangle, even if the edge values in
     /// `plane_hit` have rounding errors.
     pub(super) fn is_outside(&self, plane_hit: &PlaneHit, pixel_ray: &PixelRay) -> bool {
         let own = 1e-10 * self.reach() * self.reach() * pixel_ray.length;
@@ -125,7 +125,7 @@ impl Facet {
         if t.is_nan() { f64::INFINITY } else { t }
     }
 
-    /// Whether the ray certainly meets the plane beyond `t`.
+    /// Returns whether the ray certainly meets the plane beyond `t`.
     pub(super) fn is_behind(&self, plane_hit: &PlaneHit, pixel_ray: &PixelRay, t: f64) -> bool {
         plane_hit.t - self.t_error_bound(plane_hit, pixel_ray) > t
     }

@@ -138,7 +138,7 @@ impl Facet {
         let (snap, turn) = (snap(step), turn(q));
         let most = snap + turn * self.reach();
 
-        // After snapping, every point of the triangle is between `front` and `back` in the view
+        // After snapping, every point on the triangle is between `front` and `back` in the view
         // direction.
         let (front, back) = (self.depth.0 - snap, self.depth.1 + snap);
         let off = turn * pixel_ray.length;

@@ -94,7 +94,7 @@ impl Pixel {
         }
     }
 
-    /// Whether the ray hits this triangle at exactly the same t as the visible triangle.
+    /// Returns whether the ray hits this triangle at exactly the same t as the visible triangle.
     fn is_tied(&self, index: u32, t: f64, input: &ScanInput<'_>) -> bool {
         let Some(seen) = self.seen else { return false };
         let other = input.facet(seen as usize).plane_hit(&self.pixel_ray).t;

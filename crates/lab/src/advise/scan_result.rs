@@ -26,8 +26,8 @@ pub struct SampledPixel {
 }
 
 impl SampledPixel {
-    /// Whether an answer is correct: one of the triangles in the exact answer, or `None` for a
-    /// miss.
+    /// Returns whether an answer is correct: one of the triangles in the exact answer, or `None`
+    /// for a miss.
     pub fn allows(&self, triangle: Option<u32>) -> bool {
         match triangle {
             None => self.triangles.is_empty(),

@@ -13,9 +13,9 @@ const WIDTH: f64 = 704.0;
 /// The y coordinate of the top of the upper panels.
 const TOP: f64 = 66.0;
 
-/// Draws four panels, which show how much faster each method is at its best width than the scalar
-/// f64 reference, and how often it is wrong. Every method without observed errors has its own row.
-/// `caption` is printed below.
+/// Draws four panels, which show how much faster than the scalar f64 reference each method is at
+/// its best lane count, and how often it is wrong. Every method without observed errors has its own
+/// row. `caption` is printed below.
 pub fn chart(times: &[Time], error_counts: &[ErrorCounts], caption: &str) -> Svg {
     let points = Workload::ALL.map(|workload| points(workload, times, error_counts));
     // Adjacent panels have the same height.

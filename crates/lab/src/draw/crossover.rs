@@ -1,4 +1,4 @@
-//! Plots the times of two ways to render an image: with rays, and with a z-buffer and shadow
+//! Plots how long two ways of rendering an image take: ray tracing, and a z-buffer with shadow
 //! volumes.
 
 use serde::Serialize;

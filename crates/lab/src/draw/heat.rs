@@ -8,9 +8,9 @@ const CELL: [f64; 2] = [64.0, 25.0];
 const LEFT: f64 = 186.0;
 const TOP: f64 = 236.0;
 
-/// Draws a table that shows, for each method and sweep, the parameter at which one answer in 1,000
-/// is first wrong, or `none` if there is no such parameter in the range. A cell is darker if the
-/// method fails sooner. `caption` is printed below.
+/// Draws a table that shows, for each method and sweep, the first parameter value at which one
+/// answer in 1,000 is wrong, or `none` if there is no such value in the range. A cell is darker if
+/// the method fails sooner. `caption` is printed below.
 pub fn heat(onsets: &[Onset], caption: &str) -> Svg {
     let [w, h] = CELL;
     let methods = in_order();

@@ -27,7 +27,7 @@ pub(super) fn in_order() -> Vec<&'static Method> {
     modes
 }
 
-/// Whether a method is one of the kernel's modes.
+/// Returns whether a method is one of the kernel's modes.
 pub(super) fn is_kernel(method: &str) -> bool {
     ["certified", "exact", "fixed"].iter().any(|mode| method.starts_with(mode))
 }

@@ -1,5 +1,5 @@
-//! Draws the laboratory's charts, such as speed against accuracy, onset curves, and edge maps, and
-//! contains the drawing tools that they share.
+//! Draws the charts of the lab crate, such as speed against accuracy, onset curves, and edge maps.
+//! Also contains the drawing tools that the charts share.
 
 mod axis;
 mod chart;

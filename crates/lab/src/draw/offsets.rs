@@ -1,4 +1,4 @@
-//! Plots how often each method is wrong at walls far from the coordinate origin, with one row for
+//! Plots how often each method is wrong for walls far from the coordinate origin, with one row for
 //! each method and input precision.
 
 use super::axis::{Log, power};

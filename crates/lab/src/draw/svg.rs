@@ -17,14 +17,14 @@ pub struct Svg {
     body: String,
 }
 
-/// Where text is anchored.
+/// The part of a text that is placed at the given point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Anchor {
-    /// At its left end.
+    /// Its left end.
     Start,
-    /// In its middle.
+    /// Its middle.
     Middle,
-    /// At its right end.
+    /// Its right end.
     End,
 }
 
@@ -42,7 +42,7 @@ pub struct Font<'a> {
 }
 
 impl<'a> Font<'a> {
-    /// Creates a font for dark text in the given size.
+    /// Creates a font for dark text of the given size.
     pub fn new(size: f64, anchor: Anchor) -> Self {
         Self { size, anchor, bold: false, fill: INK, upright: false, halo: false }
     }

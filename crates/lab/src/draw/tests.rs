@@ -1,5 +1,5 @@
-//! Checks that the texts of every chart stay inside the chart and do not overlap, and that the
-//! charts name each method.
+//! Checks that the text labels of every chart stay inside the chart and do not overlap, and that
+//! the charts name each method.
 
 use super::marks::is_kernel;
 use super::svg::width;
@@ -10,7 +10,7 @@ use crate::stress::{ASKED, DISTANCES, InputPrecision, OffsetErrors, Onset, SWEEP
 use crate::timing::Time;
 use crate::workloads::Workload;
 
-/// A text in a chart, and two opposite corners of the area that the text covers.
+/// A text label in a chart, and two opposite corners of the area that it covers.
 struct Text {
     text: String,
     lo: [f64; 2],
@@ -47,7 +47,8 @@ impl Text {
     }
 }
 
-/// Checks that the texts of a chart stay inside the chart and do not overlap. Returns the texts.
+/// Checks that the text labels of a chart stay inside the chart and do not overlap. Returns the
+/// labels.
 fn texts(name: &str, svg: &Svg) -> Vec<String> {
     let svg = svg.to_string();
     let (_, size) = svg.split_once("viewBox=\"0 0 ").unwrap();

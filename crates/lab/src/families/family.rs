@@ -18,7 +18,7 @@ pub struct Family {
 /// A positive parameter of a family, swept on a logarithmic scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Param {
-    /// What the parameter measures.
+    /// The quantity that the parameter measures.
     pub name: &'static str,
     /// One end of the range: the harmless end if only one end is harmful.
     pub from: f64,

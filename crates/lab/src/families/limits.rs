@@ -14,7 +14,8 @@ fn normal(triangle: &Triangle) -> Point {
     F64Scene::from_triangles([triangle.0]).trian[0].nrm.into()
 }
 
-/// Returns `|vd|` and `t` for a ray and a triangle, or NaN if undefined.
+/// Returns `|vd|` and `t` for a ray and a triangle, or NaN if undefined. `vd` is the dot product of
+/// the normal and the direction.
 fn vd_and_t(triangle: &Triangle, ray: &Ray) -> (f64, f64) {
     let scene = F64Scene::from_triangles([triangle.0]).with_threshold(0.0);
     let vd = scene.trian[0].nrm & Vector::from(ray.dir);
@@ -36,9 +37,9 @@ fn longest(n: Point) -> usize {
     }
 }
 
-/// Returns a direction with `nrm & dir` within a few f64 steps of `vd`. Its component along the
-/// normal's longest axis determines the first 24 bits, the second component the next bits, and the
-/// third component the last bits.
+/// Returns a direction whose dot product with the normal is within a few f64 steps of `vd`. Its
+/// component along the normal's longest axis determines the first 24 bits, the second component the
+/// next bits, and the third component the last bits.
 fn solve(n: Point, vd: f64) -> [f32; 3] {
     let mut dir = [0.0_f32; 3];
     let mut rest = vd;

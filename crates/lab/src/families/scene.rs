@@ -1,4 +1,4 @@
-//! What a family generates: a scene, or a case of one triangle and one ray.
+//! The output of a family: a scene, or a case of one triangle and one ray.
 
 use intertri::{Ray, Triangle};
 

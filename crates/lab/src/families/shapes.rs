@@ -108,7 +108,7 @@ pub(super) fn zero_area(rng: &mut Rng, _: f64, triangles: usize, rays: usize) ->
     })
 }
 
-/// Returns the two edge vectors from a triangle's first corner and its unit normal, which is zero
+/// Returns a triangle's two edge vectors from its first corner, and its unit normal, which is zero
 /// for a triangle without area.
 fn frame(triangle: &Triangle) -> [Point; 3] {
     let [a, b, c] = triangle.0.map(wide);

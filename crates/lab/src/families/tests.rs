@@ -9,7 +9,8 @@ use intertri_reference::{Ray as F64Ray, Scene as F64Scene, Vector};
 use super::{FAMILIES, Family, Scene, adversarial, find};
 use crate::rng::Rng;
 
-/// Returns `nrm & dir`, `t` (NaN if the ray is parallel), and whether it is a hit.
+/// Returns the dot product of the normal and the direction, `t` (NaN if the ray is parallel), and
+/// whether the ray hits.
 fn ask(triangle: &Triangle, ray: &Ray, threshold: f64) -> (f64, f64, bool) {
     let scene = F64Scene::from_triangles([triangle.0]).with_threshold(threshold);
     let mut t = f64::NAN;

@@ -2,8 +2,9 @@
 //! after another (packets), or one ray after another against N triangles (blocks).
 //!
 //! Values that depend only on the triangle are computed before the timed part and stored as one
-//! value per field (packets) or N values per field (blocks). The time to compute values that depend
-//! only on the ray is measured. Both forms update the closest hit of each ray without a branch.
+//! value per field (packets) or N values per field (blocks). The measured time includes the time to
+//! compute values that depend only on the ray. Both forms update the closest hit of each ray
+//! without a branch.
 
 use std::time::Instant;
 
@@ -45,8 +46,8 @@ impl<M: Intersector> Closest<'_, M> {
     }
 }
 
-/// Whether sixteen f32 values fit in one register at a level, judging by the alignment of their
-/// type. If they do not, no code is generated for sixteen lanes.
+/// Returns whether sixteen f32 values fit in one register at a level, judging by the alignment of
+/// their type. If they do not, no code is generated for sixteen lanes.
 pub(super) const fn one_register<S: Simd>() -> bool {
     align_of::<S::F32x16>() == 16 * size_of::<f32>()
 }

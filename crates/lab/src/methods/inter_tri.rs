@@ -1,4 +1,5 @@
-//! The `InterTri` test (document A) in any precision. In f64, it matches the reference bit for bit.
+//! The `InterTri` test (document A) in any precision. In f64, it matches the reference
+//! implementation bit for bit.
 
 use intertri::simd::Vec3;
 

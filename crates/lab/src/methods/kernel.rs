@@ -23,8 +23,8 @@ pub(super) fn pairs(mode: Mode, triangles: &[Triangle], rays: &[Ray], to: &mut [
 }
 
 /// Finds the closest hits of batches in one of the kernel's modes. Returns `None` for one lane,
-/// which the reference covers, and for 16 lanes, except in packets if 16 values fit in one
-/// register.
+/// which the reference implementation covers, and for 16 lanes, except in packets if 16 values fit
+/// in one register.
 pub(super) fn closest(
     mode: Mode,
     level: Level,
@@ -141,8 +141,8 @@ fn blocks_of_8<S: Simd>(
     start.elapsed().as_secs_f64()
 }
 
-/// Collects hits of single rays until eight hits can be computed together, as in the ray streams of
-/// a hierarchy.
+/// Collects hits of single rays until eight hits can be computed together, as ray streams do when
+/// they traverse a hierarchy.
 struct Waiting {
     pairs: Pairs,
     numbers: [usize; 8],

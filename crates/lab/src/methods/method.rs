@@ -1,4 +1,4 @@
-//! The laboratory's interface to every method, whether published or part of the kernel.
+//! The common interface to all methods, whether published or part of the kernel.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -48,9 +48,10 @@ impl Method {
     /// without the time to compute values that depend only on the triangle.
     ///
     /// Returns `None`, and leaves `nearest` unchanged or empty, if the method does not support the
-    /// layout. The kernel's modes do not support one lane, because the reference already covers it,
-    /// and their forms for one origin only support rays that share an origin. Published methods in
-    /// f64 do not support 16 lanes, and no method does if 16 f32 values do not fit in one register.
+    /// layout. The kernel's modes do not support one lane, because the reference implementation
+    /// already covers it, and their forms for one origin only support rays that share an origin.
+    /// Published methods in f64 do not support 16 lanes, and no method does if 16 f32 values do not
+    /// fit in one register.
     ///
     /// For every ray, `t_min` is 0 and `t_max` is infinite.
     pub fn closest(

@@ -6,10 +6,10 @@
 //!   per ray:                              V·d, W·d, U·d: three products
 //! ```
 //!
-//! The forms are computed in f64 and negated where T is negative, so all of them are positive for a
-//! hit in front of the origin. They are divided by their common error bound, so the bound becomes
-//! |d|. The forms rule out most rays, and the kernel's filter tests the others. Section 7 of
-//! `docs/numerics/certified.md` contains the bounds and their proof. Like all per-triangle
+//! The forms are computed in f64 and negated where T = n·A is negative, so all of them are positive
+//! for a hit in front of the origin. They are divided by their common error bound, so the bound
+//! becomes |d|. The forms rule out most rays, and the kernel's filter tests the others. Section 7
+//! of `docs/numerics/certified.md` contains the bounds and their proof. Like all per-triangle
 //! constants, the forms are computed before the timed part, because all rays of an image share
 //! them.
 
@@ -32,13 +32,13 @@ const U: f64 = 1.0 / (1 << 24) as f64;
 /// The error of a form due to rounding to f32, relative to `|form|₂ |d|₂`.
 const FORM: f64 = 4.25 * U;
 
-/// The rounding noise of the reference, relative to `|d|₂ h (|A|₂ + h)`.
+/// The rounding noise of the reference implementation, relative to `|d|₂ h (|A|₂ + h)`.
 const NOISE: f64 = 0.25 * U;
 
 /// The error due to rounding the origin, relative to `|d|₂ h |o|₁`.
 const ORIGIN: f64 = 1.0 / (1_u64 << 51) as f64;
 
-/// The sign of a form is decisive only if D exceeds this share of `|d|₂ h²`.
+/// The sign of a form is decisive only if D = n·d exceeds this share of `|d|₂ h²`.
 const GRAZING: f64 = 24.0 * U;
 
 /// The assumed minimum length of the longest edge, 2^-48.
@@ -69,7 +69,8 @@ impl SeenTriangle {
         let (n, v, w) = (h4.cross(h5), h5.cross(a), a.cross(h4));
         let (u, t) = (n - v - w, n.dot(a));
 
-        // Cover the errors of the forms, the reference's noise, and the rounding of the origin.
+        // Cover the errors of the forms, the noise of the reference implementation, and the
+        // rounding of the origin.
         let length = |x: Vec3<f64>| x.dot(x).sqrt();
         let longest = |x, y, z| length(x).max(length(y)).max(length(z));
         let (h, away) = (longest(h4, h5, h6).max(SHORTEST), length(a));

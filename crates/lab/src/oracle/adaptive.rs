@@ -64,8 +64,8 @@ pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnsw
     OracleAnswer::classify(edges, if slope.is_lt() { rise.reverse() } else { rise })
 }
 
-/// Whether products of three coordinate differences, and the terms into which the predicates split
-/// them, stay within f64's range. For f32 inputs, they always do.
+/// Returns whether products of three coordinate differences, and the terms into which the
+/// predicates split them, stay within f64's range. For f32 inputs, they always do.
 fn is_tame<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> bool {
     let mut numbers = triangle.0.iter().chain([&ray.origin, &ray.dir]).flatten();
     numbers.all(|&x| {

@@ -41,8 +41,8 @@ pub(super) fn sign(x: &Rational) -> Ordering {
     x.cmp(&Rational::ZERO)
 }
 
-/// Whether a ray and a triangle are free of NaN and infinities. The ray's interval may contain
-/// them.
+/// Returns whether a ray and a triangle are free of NaN and infinities. The ray's interval may
+/// contain them.
 pub fn is_finite<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> bool {
     let mut numbers = triangle.0.iter().chain([&ray.origin, &ray.dir]).flatten();
     numbers.all(|x| x.is_finite())

@@ -2,8 +2,8 @@
 
 use std::cmp::Ordering;
 
-/// Where the *line* of a ray meets a triangle. If several variants apply, the first of them in this
-/// list is used.
+/// The place where the *line* of a ray meets a triangle. If several variants apply, the first of
+/// them in this list is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LinePosition {
     /// Undefined, because an input is NaN or infinite.
@@ -28,15 +28,15 @@ pub enum LinePosition {
 /// The exact answer for a ray and a triangle, regardless of the ray's interval.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OracleAnswer {
-    /// Where the line meets the triangle.
+    /// The place where the line meets the triangle.
     pub place: LinePosition,
     /// How `t` compares with 0: `Less` if the line meets the plane behind the origin, `Equal` at
-    /// the origin, and `Greater` in front of it. Also `Equal` if there is no `t`.
+    /// the origin, and `Greater` in front of it. It is also `Equal` if there is no `t`.
     pub t: Ordering,
 }
 
 impl OracleAnswer {
-    /// Whether the open half-line `t > 0` meets the closed triangle.
+    /// Returns whether the open half-line `t > 0` meets the closed triangle.
     ///
     /// A ray in the triangle's plane is not a hit, as document A's parallel test intends.
     pub fn is_hit(self) -> bool {

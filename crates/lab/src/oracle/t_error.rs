@@ -33,7 +33,7 @@ pub fn t_error_ulps_f32(t: f32, exact: &Rational) -> f64 {
     if near.is_infinite() {
         return if t.is_nan() { f64::NAN } else { f64::INFINITY };
     }
-    // Above the largest f32 is infinity, so use the step below it.
+    // The successor of the largest f32 is infinity, so use the step below it.
     let step = if near == f32::MAX { near - near.next_down() } else { near.next_up() - near };
     in_steps(t.into(), exact, step.into())
 }

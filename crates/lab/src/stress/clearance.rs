@@ -2,9 +2,9 @@
 
 use crate::families::Case;
 
-/// Whether a ray avoids everything that is difficult by design: it meets the plane in front of its
-/// origin, at least a hundredth of the triangle's size away from every side, whether inside or
-/// outside. A failure on such a ray is due to the triangle's shape or the magnitude of its
+/// Returns whether a ray avoids everything that is difficult by design: it meets the plane in front
+/// of its origin, at least a hundredth of the triangle's size away from every side, whether inside
+/// or outside. A failure on such a ray is due to the triangle's shape or the magnitude of its
 /// coordinates, not to a rounding error in the last bit.
 pub(super) fn is_clear(case: &Case) -> bool {
     let wide = |p: [f32; 3]| p.map(f64::from);

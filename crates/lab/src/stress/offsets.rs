@@ -1,4 +1,4 @@
-//! Measures the share of wrong answers at walls far from the coordinate origin, for coordinates as
+//! Measures the share of wrong answers for walls far from the coordinate origin, for coordinates as
 //! given and for coordinates rounded to f32.
 //!
 //! ```text
@@ -156,7 +156,7 @@ fn wall(rng: &mut Rng, distance: f64) -> Wall {
     Wall { halves: [Triangle64([a, b, c]), Triangle64([a, c, d])], rays }
 }
 
-/// Whether a ray hits a wall, computed in rationals.
+/// Returns whether a ray hits a wall, computed in rationals.
 fn is_hit(wall: &Wall, ray: &Ray64) -> bool {
     wall.halves.iter().any(|half| rational::answer(half, ray).is_hit())
 }

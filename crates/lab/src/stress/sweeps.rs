@@ -5,7 +5,7 @@
 pub struct Sweep {
     /// The name of the parameter, for a heading.
     pub name: &'static str,
-    /// What the parameter measures, for the label of an axis.
+    /// The quantity that the parameter measures, for the label of an axis.
     pub axis: &'static str,
     /// The family.
     pub family: &'static str,

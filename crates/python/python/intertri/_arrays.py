@@ -66,7 +66,7 @@ def floats(values: ArrayLike, name: str) -> Floats:
 
 
 def fits_f32(array: Floats) -> bool:
-    """Whether float32 can represent every value exactly."""
+    """Returns whether float32 can represent every value exactly."""
     if array.dtype == F32:
         return True
     with np.errstate(over="ignore"):

@@ -21,9 +21,9 @@ class Mesh(PointQueries):
     Parameters
     ----------
     vertices : (n, 3) float32 or float64
-        Corners: float32 stays float32, float64 stays float64, and integers become float64. Without
-        ``faces``, triangles of shape (m, 3, 3), or a mesh from trimesh, Open3D, pyvista, or meshio.
-        Arrays and tensors of other packages work too, through DLPack if they support it.
+        Corners: float32 stays float32, float64 stays float64, and integers become float64. To omit
+        ``faces``, pass triangles of shape (m, 3, 3), or a mesh from trimesh, Open3D, pyvista, or
+        meshio. Arrays and tensors of other packages work too, through DLPack if they support it.
     faces : (m, 3) integer, optional
         Rows of ``vertices``. Both sides of a face can be hit.
     threads : int, optional
@@ -45,8 +45,9 @@ class Mesh(PointQueries):
     Answers do not depend on the order of rays, the number of threads, or the CPU. With
     ``mode="exact"``, the default, hits, misses, and triangles are exact for the coordinates as
     given, and t, u, and v are the true values, rounded once. An edge or corner belongs to every
-    triangle that shares it, so no ray slips through. If several hits have the same t, the lowest
-    triangle wins. With ``mode="certified"``, answers match those of a plain loop in float64.
+    triangle that shares it, so no ray slips through. If several hits have the same t, the triangle
+    with the lowest number wins. With ``mode="certified"``, answers match those of a plain loop in
+    float64.
 
     Float64 rays are not rounded: if float32 cannot represent them, a float32 mesh builds and uses a
     second hierarchy, in float64. Pass ``rays.astype(np.float32)`` to avoid this.

@@ -28,8 +28,9 @@ class PointQueries(RayQueries):
         return points.astype(self.dtype if fits else F64, copy=False)
 
     def _inside_or_odd(self, points: ArrayLike, threads: int | None = None) -> NDArray[np.bool_]:
-        """Whether points are inside the mesh or on it. If the mesh is open or not consistently
-        oriented, returns whether a ray from each point crosses an odd number of faces."""
+        """Returns whether points are inside the mesh or on it. If the mesh is open or not
+        consistently oriented, returns whether a ray from each point crosses an odd number of
+        faces."""
         return self.contains(points, parity=not self.is_closed, threads=threads)
 
     def _winding(self, points: ArrayLike, threads: int | None, assume_closed: bool = True) -> NDArray[np.int32]:
@@ -43,10 +44,10 @@ class PointQueries(RayQueries):
     def contains(
         self, points: ArrayLike, *, assume_closed: bool = False, parity: bool = False, threads: int | None = None
     ) -> NDArray[np.bool_]:
-        """Whether points are inside the mesh or on it: (...) bool for points of shape (..., 3).
+        """Returns whether points (..., 3) are inside the mesh or on it: (...) bool.
 
-        A point is inside if the mesh winds around it: parts may overlap, and a part that is inside
-        out within another part is a cavity. This is exact for a closed mesh. In a mesh with holes,
+        A point is inside if the mesh winds around it: parts may overlap, and an inside-out part
+        within another part is a cavity. This is exact for a closed mesh. In a mesh with holes,
         flipped faces, or duplicate faces, a point is inside if its `winding_number` is nearer to 1
         than to 0 (or to -1, if the whole mesh is inside out).
 
@@ -113,7 +114,7 @@ class PointQueries(RayQueries):
         return np.where(numbers == SURFACE, np.int32(0), numbers)[()]
 
     def is_on_surface(self, points: ArrayLike, *, threads: int | None = None) -> NDArray[np.bool_]:
-        """Whether points lie exactly on the mesh: (...) bool for points of shape (..., 3).
+        """Returns whether points lie exactly on the mesh: (...) bool for points of shape (..., 3).
 
         >>> import intertri
         >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
@@ -197,9 +198,10 @@ class PointQueries(RayQueries):
         -------
         (...) `NEAREST`
             The fields are distance, x, y, z, u, v, triangle (-1 if there is no nearest point), and
-            geometry. The triangle is the nearest in exact arithmetic, or the lowest of several that
-            are equally near. A point that is not finite has no nearest point. `hit_points` returns
-            the nearest points as rows, and `hit_normals` returns the normals of their triangles.
+            geometry. The triangle is the nearest in exact arithmetic. If several are equally near,
+            it is the one with the lowest number. A point that is not finite has no nearest point.
+            `hit_points` returns the nearest points as rows, and `hit_normals` returns the normals
+            of their triangles.
 
         Examples
         --------

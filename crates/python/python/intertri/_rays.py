@@ -53,9 +53,9 @@ class RayQueries(Triangles):
         ----------
         origins, directions : (..., 3)
             The origins and directions of rays, in shapes that broadcast, so one origin can serve
-            all rays. A direction need not have unit length. Without ``directions``, ``origins``
-            contains whole rays of shape (..., 6): origin, direction; or (..., 8): origin, t_min,
-            direction, t_max. A contiguous (n, 8) float32 array is read in place.
+            all rays. A direction need not have unit length. If ``directions`` is omitted,
+            ``origins`` contains whole rays of shape (..., 6): origin, direction; or (..., 8):
+            origin, t_min, direction, t_max. A contiguous (n, 8) float32 array is read in place.
         t_min, t_max : float or (...)
             A hit counts if t > 0 and t_min <= t < t_max, in multiples of the direction's length. A plain Python number
             takes the dtype of the rays; numpy scalars and arrays keep theirs.
@@ -139,7 +139,7 @@ class RayQueries(Triangles):
         threads: int | None = None,
         out: NDArray[np.bool_] | None = None,
     ) -> NDArray[np.bool_]:
-        """Whether each ray hits anything: (...) bool.
+        """Returns whether each ray hits anything: (...) bool.
 
         The parameters are the same as for `closest`. To check whether a point is in shadow, use
         `visible`: a ray that starts on a surface may hit that surface, because its origin is
@@ -166,7 +166,8 @@ class RayQueries(Triangles):
         threads: int | None = None,
         out: NDArray[np.bool_] | None = None,
     ) -> NDArray[np.bool_]:
-        """Whether the points ``a`` and ``b`` see each other: (...) bool. Always exact.
+        """Returns whether the points ``a`` and ``b`` see each other: (...) bool. The answer is
+        always exact.
 
         The surfaces on which the points lie do not hide them. A point lies on a triangle if it is
         at most 16 rounding units away from it. One unit is ``2**-52`` times the largest coordinate
@@ -345,7 +346,8 @@ class RayQueries(Triangles):
         skip: ArrayLike | None = None,
         threads: int | None = None,
     ) -> HitLists:
-        """Finds every crossing of each ray with the mesh, in order of t. Always exact.
+        """Finds every crossing of each ray with the mesh, in order of t. The answers are always
+        exact.
 
         An edge or corner counts once. If a ray passes through the surface at an edge, it crosses
         one of the two triangles. If it only touches the silhouette at an edge or corner, it crosses

@@ -203,7 +203,7 @@ class Scene:
         """Finds the closest hit of each ray. The arguments are the same as for `Mesh.closest`.
 
         A ray can hit only instances whose masks share a bit with ``mask``. If several hits have the
-        same t, the lowest instance wins, then the lowest triangle.
+        same t, the lowest instance number wins, then the lowest triangle number.
 
         Returns
         -------
@@ -276,7 +276,7 @@ class Scene:
         """Finds the point on any instance that is nearest to each point.
 
         The arguments are the same as for `Mesh.closest_point`. If several triangles are equally
-        near, the lowest instance wins, then the lowest triangle.
+        near, the lowest instance number wins, then the lowest triangle number.
 
         Returns
         -------

@@ -159,8 +159,8 @@ class Triangles:
         Returns
         -------
         float
-            The estimated factor by which rays take longer than with a freshly built tree. If it
-            exceeds 1.5, build a new mesh.
+            The estimated slowdown of ray queries compared with a freshly built tree, as a factor.
+            If it exceeds 1.5, build a new mesh.
 
         Raises
         ------
@@ -228,11 +228,11 @@ class Triangles:
         Returns
         -------
         dict
-            ``open``: edges of a single face. ``turned``: edges along which both faces run in the
-            same direction, so that one of the faces is flipped. ``uneven``: edges of three or more
-            faces that do not pair up. ``doubled``: faces that repeat another with the same
-            orientation. ``opposed``: faces that repeat another with the opposite orientation, so
-            that the two cancel. ``text``: a report in words, with the first edge or face of each
+            ``open``: edges that belong to a single face. ``turned``: edges along which both faces
+            run in the same direction, so that one of the faces is flipped. ``uneven``: edges of
+            three or more faces that do not pair up. ``doubled``: faces that repeat another with the
+            same orientation. ``opposed``: faces that repeat another with the opposite orientation,
+            so that the two cancel. ``text``: a report in words, with the first edge or face of each
             kind.
 
         Examples

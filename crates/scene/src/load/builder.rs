@@ -6,15 +6,15 @@ use super::notes::Notes;
 use crate::coordinate::Coordinate;
 use crate::mesh::{Mesh, double};
 
-/// Appends an entry to a table, or returns an error if memory runs out. Used for tables whose size
-/// depends on the file.
+/// Appends an entry to a table, or returns an error if memory runs out. This is used for tables
+/// whose size depends on the file.
 pub(super) fn push<T>(table: &mut Vec<T>, entry: T) -> Result<(), Fault> {
     table.try_reserve(1)?;
     table.push(entry);
     Ok(())
 }
 
-/// Stands for the texture coordinates of a corner that has no valid ones.
+/// The placeholder for the texture coordinates of a corner that has no valid ones.
 pub(super) const NO_UV: u32 = u32::MAX;
 
 /// Returns the triangles of a strip, as indices into its corners: each corner from the third on
@@ -90,12 +90,12 @@ impl<S: Coordinate> MeshBuilder<S> {
         }
     }
 
-    /// The number of vertices.
+    /// Returns the number of vertices.
     pub(super) fn vertices(&self) -> usize {
         self.mesh.positions.len()
     }
 
-    /// The number of texture coordinates.
+    /// Returns the number of texture coordinates.
     pub(super) fn uvs(&self) -> usize {
         self.uvs.len()
     }

@@ -24,14 +24,14 @@ const MOST: usize = 1 << 14;
 /// A bound on the rounding error in a sum of a few products, relative to their sizes.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// How a polygon becomes triangles.
+/// The result of cutting a polygon into triangles.
 pub(super) enum Cut<'a> {
-    /// As a fan around its first corner.
+    /// A fan around the first corner.
     Fan,
-    /// As these triangles, each with three indices into the polygon's corners. A polygon with n
+    /// These triangles, each with three indices into the polygon's corners. A polygon with n
     /// corners has n - 2 triangles.
     Ears(&'a [u32]),
-    /// Not reliably: the polygon crosses itself or has too many corners.
+    /// The polygon cannot be cut reliably, because it crosses itself or has too many corners.
     Unclear,
 }
 

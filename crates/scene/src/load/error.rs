@@ -4,7 +4,8 @@ use std::collections::TryReserveError;
 use std::path::{Path, PathBuf};
 use std::{fmt, io};
 
-/// Why a model could not be read. The error is displayed as one line: `file:line: cause`.
+/// The reason that a model could not be read. The error is displayed as one line:
+/// `file:line: cause`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadError {
     /// The file.

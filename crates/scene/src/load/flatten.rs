@@ -80,7 +80,7 @@ fn append<S: Coordinate>(
 }
 
 /// Rejects a model if an instance moves a triangle's corner to coordinates that are not finite, or
-/// if finding out would visit more than `most` vertices and triangles.
+/// if this check would visit more than `most` vertices and triangles.
 pub(super) fn check(model: &InstancedMesh, most: u64) -> Result<(), Fault> {
     let mut left = most;
     let sizes: Vec<[f64; 3]> = model.meshes.iter().map(largest).collect();

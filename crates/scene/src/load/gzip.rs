@@ -11,10 +11,10 @@ use super::notes::Notes;
 /// The first bytes of a gzip file.
 pub(super) const MAGIC: &[u8] = b"\x1f\x8b";
 
-/// A file of any size may unpack to this many bytes.
+/// The number of bytes to which a file of any size may unpack.
 const SURE: u64 = 64 << 20;
-/// A larger file may unpack to this many times its size. Models typically compress to a tenth of
-/// their size, and few compress to a fiftieth.
+/// The factor by which a file may grow when unpacked, if this allows more than [`SURE`]. Models
+/// typically compress to a tenth of their size, and few compress to a fiftieth.
 const RATIO: u64 = 100;
 
 /// Unpacks a file of the given size. Returns an error if the unpacked data would be

@@ -82,7 +82,7 @@ pub struct LoadedModel<S = f32> {
     pub mesh: Mesh<S>,
     /// Other files that were read for the model: the buffers of a glTF file.
     pub files: Vec<PathBuf>,
-    /// What was skipped, repaired, or guessed; empty for most models.
+    /// Notes on what was skipped, repaired, or guessed; empty for most models.
     pub notes: Notes,
 }
 
@@ -112,7 +112,7 @@ pub struct LoadedInstances {
     pub model: InstancedMesh,
     /// Other files that were read for the model: the buffers of a glTF file.
     pub files: Vec<PathBuf>,
-    /// What was skipped, repaired, or guessed; empty for most models.
+    /// Notes on what was skipped, repaired, or guessed; empty for most models.
     pub notes: Notes,
     path: PathBuf,
     /// The maximum number of vertices and triangles after flattening, or `None` if the model is a

@@ -50,7 +50,7 @@ impl Notes {
         }
     }
 
-    /// The notes, in order of first occurrence.
+    /// Returns the notes, in order of first occurrence.
     pub fn as_slice(&self) -> &[Note] {
         &self.0
     }

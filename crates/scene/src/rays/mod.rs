@@ -49,7 +49,7 @@ pub struct Rays<'a> {
     format: Format,
     /// In a text file, the number of the last line that was read.
     line: u64,
-    /// How the last line ended.
+    /// The end of the last line.
     end: LineEnd,
     /// The number of rays that were read.
     count: u64,
@@ -87,9 +87,9 @@ impl<'a> Rays<'a> {
     /// if it is known.
     ///
     /// If `format` is `None`, the extension of `name` determines the format, as in
-    /// [`RaysFormat::of_name`]. If the extension is different, the input is CSV if its first
-    /// non-blank line consists of column names. Anything else is an error, because any bytes could
-    /// be raw rays.
+    /// [`RaysFormat::of_name`]. With any other extension, the input is CSV if its first non-blank
+    /// line consists of column names. Anything else is an error, because any bytes could be raw
+    /// rays.
     ///
     /// # Errors
     /// Returns an error if the input cannot be read, its format is unknown, its line of column
@@ -125,7 +125,7 @@ impl<'a> Rays<'a> {
         Ok(rays)
     }
 
-    /// The total number of rays, if it is known from the file's size.
+    /// Returns the total number of rays, if it is known from the file's size.
     pub fn total(&self) -> Option<u64> {
         self.total
     }
@@ -135,7 +135,7 @@ impl<'a> Rays<'a> {
         matches!(self.format, Format::Raw)
     }
 
-    /// How many numbers in the rays read so far were rounded, and by how much.
+    /// Returns how many numbers in the rays read so far were rounded, and by how much.
     pub fn rounding(&self) -> Rounding {
         self.rounding
     }
@@ -177,7 +177,7 @@ impl<'a> Rays<'a> {
         first.map_or(read, |cause| Err(self.wrong(cause)))
     }
 
-    /// Computes the number of rays in a file of the given size, which must be a whole number.
+    /// Computes the number of rays in a file of the given size. The result must be a whole number.
     fn expect(&mut self, size: Option<u64>, record: usize) -> Result<()> {
         if let Some(size) = size {
             if !size.is_multiple_of(record as u64) {

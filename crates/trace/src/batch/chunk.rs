@@ -25,9 +25,9 @@ const STREAM: usize = 4096;
 const STREAM_AFTER_BUNDLE: usize = 4 * STREAM;
 
 /// After a reversed bundle that was not worth its cost, the next bundles are not reversed, and
-/// their rays are traced in packets. The first number is how many bundles this applies to. It
-/// doubles after each further failure, up to the second number. Bundles fail, for example, if the
-/// shadow rays of one row of hits form a long, thin curve as seen from the light.
+/// their rays are traced in packets. The first number is the number of bundles to which this
+/// applies. It doubles after each further failure, up to the second number. Bundles fail, for
+/// example, if the shadow rays of one row of hits form a long, thin curve as seen from the light.
 const REVERSAL_PATIENCE: [usize; 2] = [4, 64];
 
 /// The same limits for bundles that are not reversed. For example, rays from one camera in random

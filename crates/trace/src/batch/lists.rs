@@ -46,7 +46,7 @@ pub type HitLists = Lists<Hit>;
 pub type CrossingLists = Lists<Crossing>;
 
 impl<T> Lists<T> {
-    /// The number of rays.
+    /// Returns the number of rays.
     pub fn len(&self) -> usize {
         self.offsets.len().saturating_sub(1)
     }
@@ -56,7 +56,7 @@ impl<T> Lists<T> {
         self.len() == 0
     }
 
-    /// The items of a ray.
+    /// Returns the items of a ray.
     ///
     /// # Panics
     /// Panics if the ray is out of bounds.
@@ -75,9 +75,9 @@ pub(crate) trait ListItem: Clone + Send {
     /// Creates an item from a hit. `leaves` computes whether the ray leaves the mesh at this hit,
     /// which is expensive.
     fn new(hit: Hit, leaves: impl FnOnce() -> bool) -> Self;
-    /// The hit.
+    /// Returns the hit.
     fn hit(&self) -> &Hit;
-    /// The hit, mutably, so that its triangle and geometry can be renamed.
+    /// Returns the hit, mutably, so that its triangle and geometry can be renamed.
     fn hit_mut(&mut self) -> &mut Hit;
 }
 

@@ -151,7 +151,7 @@ fn add<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(P) -> Counts + Sy
     counts.into_inner().unwrap_or_default()
 }
 
-/// How the rays of a run are distributed among threads.
+/// The distribution of a run's rays among threads.
 struct Pieces {
     /// The number of rays in a piece.
     size: usize,

@@ -73,7 +73,7 @@ pub fn runs(count: usize, line: impl Fn(usize) -> [[f64; 3]; 2]) -> Vec<Run> {
 /// Rays among which to look for rows of pixels.
 struct Rows<F> {
     count: usize,
-    /// The origin and the direction of a ray.
+    /// A function that returns the origin and the direction of a ray.
     line: F,
     /// Whether the rays share a direction but not an origin.
     parallel: bool,

@@ -82,12 +82,12 @@ impl Band {
         Self { width, rows, whole: BlockOrder::new(width.min(ACROSS), rows), right }
     }
 
-    /// The number of pixels in the band.
+    /// Returns the number of pixels in the band.
     pub fn pixels(&self) -> usize {
         self.width * self.rows
     }
 
-    /// The number of rows in the band.
+    /// Returns the number of rows in the band.
     pub fn rows(&self) -> usize {
         self.rows
     }
@@ -139,7 +139,7 @@ fn z_order() -> [(usize, usize); (TILE / PACKET).pow(2)] {
 }
 
 impl Block<'_> {
-    /// The number of pixels in the block.
+    /// Returns the number of pixels in the block.
     pub fn pixels(&self) -> usize {
         self.order.width * self.order.height
     }

@@ -27,7 +27,8 @@ const MANY: usize = 1 << 12;
 /// The number of boxes that one thread bins or measures at a time.
 const CHUNK: usize = 1 << 15;
 
-/// Added to the area of every box, so that if the areas are zero, the tree with fewer nodes wins.
+/// A small value that is added to the area of every box, so that the tree with fewer nodes wins if
+/// the areas are zero.
 pub(super) const TRIFLE: f32 = 1e-20;
 
 /// The whole tree. It has at least one reference, and one node fewer than references.

@@ -41,7 +41,7 @@ impl Costs {
         for (children, least) in shared.iter_mut().enumerate().skip(2) {
             let mut best = 0;
             for k in 1..children {
-                // `k` children for the left side, the rest for the right.
+                // Give `k` children to the left side and the rest to the right.
                 let cost = left.0[k - 1] + right.0[children - k - 1];
                 if cost < *least {
                     (*least, best) = (cost, k as u32);

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Why a hierarchy cannot be built.
+/// The reason that a hierarchy cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BuildError {

@@ -20,11 +20,11 @@ pub(crate) struct Layout {
     pub blocks: Vec<[u32; BLOCK]>,
     /// The number of nodes on the longest path from the root, at least 1 and at most [`MAX_DEPTH`].
     pub depth: usize,
-    /// The largest distance outside its box at which the reference may hit a triangle in the
-    /// blocks.
+    /// The largest distance outside its box at which the reference implementation may report a hit
+    /// on a triangle in the blocks.
     pub lean: f32,
-    /// Thin triangles, whose reference hits may be arbitrarily far outside their boxes, in
-    /// ascending order. They are in no block.
+    /// Thin triangles, in ascending order. The reference implementation may report hits on them
+    /// arbitrarily far outside their boxes, so they are in no block.
     pub thin: Vec<u32>,
     /// Whether any triangle in a block is degenerate.
     pub has_degenerate: bool,

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 #[derive(Clone, Copy, Debug, Zeroable)]
 pub(super) struct PrimRef(pub SimdAabb);
 
-/// Keeps indices from looking like subnormal numbers, on which arithmetic is slow.
+/// A bit that keeps indices from looking like subnormal numbers, on which arithmetic is slow.
 const NORMAL: u32 = 1 << 30;
 
 impl PrimRef {
@@ -31,9 +31,11 @@ impl PrimRef {
 pub(super) struct Prims {
     /// The boxes of all triangles that go below the root, in order.
     pub refs: Vec<PrimRef>,
-    /// The largest distance outside its box at which the reference may hit one of these triangles.
+    /// The largest distance outside its box at which the reference implementation may report a hit
+    /// on one of these triangles.
     pub lean: f32,
-    /// Thin triangles, whose reference hits may be arbitrarily far outside their boxes.
+    /// Thin triangles, on which the reference implementation may report hits arbitrarily far
+    /// outside their boxes.
     pub thin: Vec<u32>,
     /// Whether any triangle with a box is degenerate.
     pub has_degenerate: bool,

@@ -42,7 +42,7 @@ const ROUNDS: usize = 2;
 /// With at least this many triangles, the two sides are processed in parallel.
 const MANY: usize = 1 << 12;
 
-/// Stands for a missing node: the parent of the root.
+/// Stands in for the parent of the root, which does not exist.
 const NONE: usize = usize::MAX;
 
 /// Moves parts of a tree, keeping the boxes and plans as a new build would compute them.

@@ -72,7 +72,7 @@ impl<S: BvhScalar> Bvh<S> {
 
     /// Builds a hierarchy over several meshes. Each mesh is a geometry, numbered in order. A hit
     /// reports the geometry and the triangle's index within it. If two hits have the same t, the
-    /// lower geometry wins, then the lower triangle.
+    /// lower geometry number wins, then the lower triangle index.
     ///
     /// # Errors
     /// Returns an error if there are 2^31 triangles or more, or if memory runs out.

@@ -17,8 +17,8 @@ use crate::util::threads;
 impl SceneSnapshot {
     /// Returns the point of all instances that is closest to a given point, within a radius. The
     /// result is what [`Bvh::closest_point`](crate::Bvh::closest_point) would find among the
-    /// world-space triangles. If several triangles are equally close, the lower instance wins, then
-    /// the lower geometry, then the lower triangle.
+    /// world-space triangles. If several triangles are equally close, the lower instance number
+    /// wins, then the lower geometry number, then the lower triangle index.
     ///
     /// ```
     /// use std::sync::Arc;

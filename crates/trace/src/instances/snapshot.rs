@@ -22,8 +22,9 @@ use crate::walk::packet::RAYS;
 ///
 /// Results are those of the `exact` mode on the world-space corners defined by
 /// [`Scene`](crate::Scene): t, u, and v are correctly rounded. If two hits have the same t, the
-/// lower instance wins, then the lower geometry, then the lower triangle. Hidden instances and
-/// geometries with mask 0 are ignored; use [`SceneSnapshot::mask`] to ignore others.
+/// lower instance number wins, then the lower geometry number, then the lower triangle index.
+/// Hidden instances and geometries with mask 0 are ignored; use [`SceneSnapshot::mask`] to ignore
+/// others.
 #[derive(Clone, Debug)]
 pub struct SceneSnapshot {
     pub(super) committed: Arc<Committed>,

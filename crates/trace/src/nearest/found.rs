@@ -7,7 +7,8 @@ use intertri::{LeafSlot, Scalar, TriangleId, TriangleOf};
 
 use super::mesh::Mesh;
 
-/// The point of a mesh that is closest to a given point. Plain old data, 56 bytes in size.
+/// The point of a mesh that is closest to a given point. The type is plain old data, 56 bytes in
+/// size.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ClosestPoint {

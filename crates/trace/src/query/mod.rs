@@ -168,8 +168,8 @@ impl<'a, S: BvhScalar> Query<'a, S> {
 /// # Panics
 /// Panics if you set more than one list of triangles to skip.
 impl<S: BvhScalar> Query<'_, S> {
-    /// Returns the closest hit, if any. If two hits have the same t, the lower geometry wins, then
-    /// the lower triangle.
+    /// Returns the closest hit, if any. If two hits have the same t, the lower geometry number
+    /// wins, then the lower triangle index.
     #[inline]
     pub fn closest(&mut self, ray: &RayOf<S>) -> Option<Hit> {
         self.trace(ray, one_ray::closest)

@@ -148,7 +148,7 @@ impl Tree {
         left_out: &[u32],
     ) -> Result<[Vec<u32>; 2], NoMemory> {
         // Some triangles in leaves have become needles. No box bounds the hits that the reference
-        // finds on needles.
+        // implementation finds on needles.
         let mut outside = Vec::new();
         for (leaf, bounds) in self.leaves.iter().zip(bounds) {
             for lane in lanes_of(bounds.thin) {

@@ -27,7 +27,8 @@ use crate::save::{Input, LoadError};
 use crate::tree::Tree;
 use crate::util::memory::OutOfMemory;
 
-/// Called occasionally during a build with the number of triangles done and the total.
+/// A callback that is called occasionally during a build, with the number of triangles done and the
+/// total.
 pub(crate) type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
 /// A scalar type for the triangles and rays of a [`Bvh`](crate::Bvh): f32 or f64. This trait is

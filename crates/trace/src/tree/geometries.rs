@@ -20,7 +20,8 @@ use crate::util::memory::{NoMemory, copied, room};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Pod, Zeroable)]
 pub struct MeshTriangle {
-    /// The triangle's index in its mesh, as in [`Hit::triangle`]. [`Hit::NO_TRIANGLE`] for a miss.
+    /// The triangle's index in its mesh, as in [`Hit::triangle`], or [`Hit::NO_TRIANGLE`] for a
+    /// miss.
     pub triangle: u32,
     /// The index of the mesh, as in [`Hit::geometry`].
     pub geometry: u32,
@@ -59,9 +60,9 @@ names_triangle!(Hit, Hit32, MeshTriangle);
 /// The geometries of a hierarchy. A single mesh does not need tables.
 #[derive(Clone, Debug)]
 pub(crate) struct Geometries {
-    /// The position of each geometry's first triangle. Empty for a single mesh.
+    /// The position of each geometry's first triangle; empty for a single mesh.
     firsts: Vec<u32>,
-    /// The geometry of each triangle, indexed by position. Empty for a single mesh.
+    /// The geometry of each triangle, indexed by position; empty for a single mesh.
     of: Vec<u32>,
     /// The mask of each geometry.
     masks: Vec<u32>,

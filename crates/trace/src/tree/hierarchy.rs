@@ -30,18 +30,18 @@ pub struct Tree {
     /// The triangles in groups of eight.
     pub(crate) leaves: Vec<Leaf>,
     /// For each leaf, a mask of the triangles without area. Rays ignore these triangles, but
-    /// closest-point queries consider them. Empty if no triangle is degenerate.
+    /// closest-point queries consider them. The list is empty if no triangle is degenerate.
     pub(crate) degenerate: Vec<u8>,
     /// The number of leaves in the main tree, which come first. The other leaves contain needles,
-    /// whose reference hits may be arbitrarily far outside them, and triangles that were not finite
-    /// when the tree was built.
+    /// on which the reference implementation may report hits arbitrarily far outside them, and
+    /// triangles that were not finite when the tree was built.
     pub(crate) boxed: usize,
     /// The root of a second tree over the other leaves, or [`EMPTY`] if there are no other leaves.
     pub(crate) thin_root: u32,
     /// The largest coordinate magnitude of any triangle.
     pub(crate) reach: f32,
-    /// The maximum distance outside a triangle's box at which the reference may hit it, not
-    /// counting a part that is proportional to the ray's origin.
+    /// The maximum distance outside a triangle's box at which the reference implementation may
+    /// report a hit, not counting a part that is proportional to the ray's origin.
     pub(crate) lean: f32,
     /// A stack size that is large enough for every traversal.
     pub(crate) stack: usize,

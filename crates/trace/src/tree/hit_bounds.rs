@@ -1,19 +1,19 @@
-//! Computes the box that contains the exact hits of a triangle. On the thinnest triangles, the
-//! reference may also accept hits outside this box. A triangle without area is never hit, but the
-//! tree contains it for closest-point queries.
+//! Computes the box that contains the exact hits of a triangle. Because of rounding, the reference
+//! implementation may also report hits outside this box. A triangle without area is never hit, but
+//! the tree contains it for closest-point queries.
 //!
-//! The reference computes the normal in f64, with an error relative to the product of two edge
-//! lengths. The thinner the triangle, the more its computed normal may lean, and the farther
-//! outside the triangle the reference may accept points. `docs/numerics/hierarchy.md` bounds this
-//! distance.
+//! The reference implementation computes the normal in f64, with an error relative to the product
+//! of two edge lengths. The thinner the triangle, the more its computed normal may lean, and the
+//! farther outside the triangle the implementation may accept points. `docs/numerics/hierarchy.md`
+//! bounds this distance.
 
 use intertri::Triangle;
 use intertri::internal::exact::has_area;
 
 use super::aabb::Aabb;
 
-/// The box that contains the exact hits of a triangle, and how far outside it the reference may
-/// accept hits.
+/// The box that contains the exact hits of a triangle, and how far outside it the reference
+/// implementation may report hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum HitBounds {
     /// The triangle is not finite and is never hit.
@@ -21,21 +21,23 @@ pub(crate) enum HitBounds {
     /// The triangle has no area and is never hit. In closest-point queries, it counts as a segment
     /// or point in this box.
     Degenerate(Aabb),
-    /// All exact hits are inside the box. The reference may also accept hits up to `lean` outside it.
+    /// All exact hits are inside the box. The reference implementation may also report hits up to
+    /// `lean` outside it.
     Box { bounds: Aabb, lean: f32 },
-    /// All exact hits are inside the box. The reference may accept hits arbitrarily far outside it,
-    /// because the error in its normal has no useful bound.
+    /// All exact hits are inside the box. The reference implementation may report hits arbitrarily
+    /// far outside it, because the error in its normal has no useful bound.
     Thin(Aabb),
 }
 
 /// Up to this thinness (2^25), the margin is small enough to be added to all boxes of the tree.
 const THIN: f64 = (1_u64 << 25) as f64;
 
-/// Beyond this thinness (2^44), there is no bound on where the reference accepts a point.
+/// Beyond this thinness (2^44), there is no bound on where the reference implementation accepts a
+/// point.
 const NEEDLE: f64 = (1_u64 << 44) as f64;
 
-/// The distance outside a triangle with thinness 1 and longest edge 1 at which the reference may
-/// accept a point: 64 · 2^-53.
+/// The distance outside a triangle with thinness 1 and longest edge 1 at which the reference
+/// implementation may accept a point: 64 · 2^-53.
 const LEAN: f64 = 1.0 / (1_u64 << 47) as f64;
 
 /// Computes the [`HitBounds`] of a triangle.
@@ -58,8 +60,8 @@ pub(crate) fn hit_bounds(triangle: &Triangle) -> HitBounds {
     let thinness = square / dot(n, n).sqrt();
 
     if n == [0.0; 3] {
-        // The reference never hits this triangle. If its area was merely rounded to 0 in f64,
-        // `exact` hits it inside its box.
+        // The reference implementation never reports a hit on this triangle. If its area was merely
+        // rounded to 0 in f64, the `exact` mode finds hits, which are inside its box.
         let lean = 0.0;
         if has_area(triangle) {
             HitBounds::Box { bounds, lean }

@@ -18,9 +18,9 @@ use crate::util::memory::{NoMemory, room};
 /// the error of f32 is at most `2^-19`, its box needs no padding.
 const PLAIN: f32 = 1.0 / 256.0;
 
-/// The distance outside a plain triangle's box at which the reference may hit the triangle, divided
-/// by the longest edge and the thinness, both in 1-norms: 2^-43, which is 16 times the value in
-/// [`hit_bounds`].
+/// The distance outside a plain triangle's box at which the reference implementation may report a
+/// hit, divided by the longest edge and the thinness, both in 1-norms: 2^-43, which is 16 times the
+/// value in [`hit_bounds`].
 const LEAN: f32 = 1.0 / (1_u64 << 43) as f32;
 
 /// f32 lanes handle only squared edge lengths in `2^-90..2^100`.
@@ -31,14 +31,15 @@ const SQUARES: [f32; 2] = [f32::from_bits((127 - 90) << 23), f32::from_bits((127
 pub(crate) struct LeafBounds {
     /// The union of the boxes of all triangles that have one, whether degenerate or not.
     pub bounds: Aabb,
-    /// The maximum distance outside its box at which the reference may hit a triangle in `boxed`.
+    /// The maximum distance outside its box at which the reference implementation may report a hit
+    /// on a triangle in `boxed`.
     pub lean: f32,
     /// A mask of the triangles that are hit in or near their boxes.
     pub boxed: u32,
     /// A mask of the triangles without area.
     pub degenerate: u32,
-    /// A mask of the thin triangles, whose reference hits may be arbitrarily far outside their
-    /// boxes.
+    /// A mask of the thin triangles, on which the reference implementation may report hits
+    /// arbitrarily far outside their boxes.
     pub thin: u32,
 }
 

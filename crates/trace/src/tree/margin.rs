@@ -1,12 +1,12 @@
 //! The margin by which traversal widens boxes.
 //!
 //! Boxes are purely geometric: each contains its triangles, and the rounding errors of traversal
-//! are relative to the ray's coordinates. Only the reference may accept hits outside a triangle,
-//! because of rounding. `docs/numerics/hierarchy.md`, section 1, has the bound.
+//! are relative to the ray's coordinates. Only the reference implementation may report hits outside
+//! a triangle, because of rounding. `docs/numerics/hierarchy.md`, section 1, has the bound.
 
-/// The distance outside a triangle at which the reference may accept hits, as a fraction of the
-/// largest coordinate of the ray's origin and of the scene: 2^-46. The part of the distance that
-/// depends on the triangle's shape is not included.
+/// The distance outside a triangle at which the reference implementation may report hits, as a
+/// fraction of the largest coordinate of the ray's origin and of the scene: 2^-46. The part of the
+/// distance that depends on the triangle's shape is not included.
 const BESIDE: f32 = 1.0 / (1_u64 << 46) as f32;
 
 /// The padding of a tree's boxes.
@@ -45,8 +45,8 @@ mod tests {
     use crate::util::test_numbers::random;
 
     /// Tests rays that start in the plane of a box's side and immediately leave the box. The
-    /// reference accepts hits outside an edge that lies along this side, but the rays' coordinates
-    /// along the axis of the side are too small to widen the box enough.
+    /// reference implementation reports hits outside an edge that lies along this side, but the
+    /// rays' coordinates along the axis of the side are too small to widen the box enough.
     #[test]
     fn hits_beside_a_box_are_found() {
         let (mut random, mode) = (random(), Mode::certified());

@@ -1,5 +1,5 @@
 //! Helpers that do not depend on rays: lane operations, threads, fallible allocation, prefetching,
-//! and stopping.
+//! and cancellation.
 
 pub(crate) mod lane_ops;
 pub(crate) mod memory;

@@ -1,5 +1,5 @@
-//! Lets a caller stop work at any time: the work occasionally checks a token, and unwinds if the
-//! token requests a stop.
+//! Lets a caller cancel work at any time: the work occasionally checks a token, and unwinds if the
+//! token requests cancellation.
 //!
 //! ```text
 //!   StopToken::run ──► work ──► in_parallel, join ──► the token is passed to other threads
@@ -12,7 +12,7 @@ use std::cell::{Cell, RefCell};
 use std::panic::resume_unwind;
 use std::sync::Arc;
 
-/// Returns whether work should stop.
+/// A function that returns whether to cancel the work.
 type ShouldStop = Arc<dyn Fn() -> bool + Send + Sync>;
 
 std::thread_local! {
@@ -23,17 +23,17 @@ std::thread_local! {
 /// [`heed`] calls [`check`] once per this many calls.
 const EVERY: u32 = 32;
 
-/// The panic payload of stopped work.
+/// The panic payload of cancelled work.
 #[derive(Debug)]
 pub struct Stopped;
 
-/// A token that can stop the work that runs under it. A token without a function stops nothing.
+/// A token that can cancel the work that runs under it. A token without a function cancels nothing.
 #[derive(Clone, Default)]
 pub struct StopToken(Option<ShouldStop>);
 
 impl StopToken {
-    /// Creates a token that stops work as soon as `should_stop` returns true. Any worker thread may
-    /// call the function, about ten thousand times per second.
+    /// Creates a token that cancels work as soon as `should_stop` returns true. Any worker thread
+    /// may call the function, about ten thousand times per second.
     pub fn new(should_stop: Arc<dyn Fn() -> bool + Send + Sync>) -> Self {
         Self(Some(should_stop))
     }
@@ -43,8 +43,8 @@ impl StopToken {
         CURRENT.with_borrow(Clone::clone)
     }
 
-    /// Runs work under this token. If the token stops the work, the work unwinds with [`Stopped`],
-    /// and no panic is reported.
+    /// Runs work under this token. If the token cancels the work, the work unwinds with
+    /// [`Stopped`], and no panic is reported.
     pub fn run<T>(&self, work: impl FnOnce() -> T) -> T {
         struct Before(StopToken);
         impl Drop for Before {
@@ -58,7 +58,7 @@ impl StopToken {
     }
 }
 
-/// Unwinds if this thread's work should stop.
+/// Unwinds if this thread's work has been cancelled.
 pub(crate) fn check() {
     let should_stop = CURRENT.with_borrow(|token| token.0.as_ref().is_some_and(|stop| stop()));
     if should_stop {
@@ -86,8 +86,8 @@ mod tests {
     use super::*;
     use crate::util::threads;
 
-    /// Returns the number of pieces completed under a token that stops work the `stop_after`-th
-    /// time it is checked, and whether the work was stopped.
+    /// Returns the number of pieces completed under a token that cancels work the `stop_after`-th
+    /// time it is checked, and whether the work was cancelled.
     fn pieces_done(stop_after: usize, pieces: usize) -> (usize, bool) {
         let (asked, done) = (Arc::new(AtomicUsize::new(0)), AtomicUsize::new(0));
         let should_stop = move || asked.fetch_add(1, Ordering::Relaxed) >= stop_after;

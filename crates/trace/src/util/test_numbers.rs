@@ -1,4 +1,4 @@
-//! Random numbers for tests; every run uses the same ones.
+//! Random numbers for tests, the same on every run.
 
 /// Returns a generator of random numbers in `0..1`.
 pub(crate) fn random() -> impl FnMut() -> f32 {

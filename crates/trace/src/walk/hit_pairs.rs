@@ -8,8 +8,7 @@ use intertri::{Hit, LeafSlot, RayId};
 #[derive(Default)]
 pub struct HitPairs {
     pub(crate) pairs: Vec<(RayId, LeafSlot)>,
-    /// The hits of the first pairs, as far as they are known. A miss stands for a hit that has not
-    /// been computed yet.
+    /// The hits of the first pairs. A miss stands for a hit that has not been computed yet.
     pub(crate) hits: Vec<Hit>,
     /// The number of nearest hits to keep per ray, or `None` to keep all hits.
     pub(crate) limit: Option<usize>,
@@ -25,7 +24,7 @@ impl HitPairs {
         (self.limit, self.is_full) = (limit, false);
     }
 
-    /// Reserves memory for more pairs. Returns whether there is enough.
+    /// Reserves memory for more pairs. Returns whether enough memory is available.
     #[inline(always)]
     pub(crate) fn reserve(&mut self, more: usize) -> bool {
         if self.pairs.capacity() - self.pairs.len() < more {

@@ -59,7 +59,7 @@ pub(super) fn run(
     report.check.as_ref().map_or(Ok(()), refuse_differences)
 }
 
-/// Refuses options that only support f32 coordinates.
+/// Refuses options that support only f32 coordinates.
 fn check(options: &Options) -> Result<()> {
     for name in [Some(options.engine), options.check].into_iter().flatten() {
         Engine64::check(name)?;

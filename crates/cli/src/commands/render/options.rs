@@ -91,7 +91,7 @@ pub(crate) struct Options {
     pub(super) light: LightOptions,
 }
 
-/// Returns whether an option or engine only supports f32 coordinates.
+/// Returns whether an option or engine supports only f32 coordinates.
 pub(super) fn takes_f32_alone(options: &Options) -> bool {
     let engines = [Some(options.engine), options.check];
     engines.into_iter().flatten().any(|engine| !engine.is_exact())

@@ -1,4 +1,4 @@
-//! The distance and position of the closest point of a triangle, each rounded from its exact value.
+//! The distance and position of the closest point on a triangle, each rounded from its exact value.
 
 use super::super::int::Int;
 use super::super::quotient::Quotient;
@@ -11,7 +11,7 @@ use super::order::square;
 use super::rounded;
 use crate::{Scalar, TriangleOf};
 
-/// Returns the point of a finite triangle that is closest to a finite point. The computation starts
+/// Returns the point on a finite triangle that is closest to a finite point. The computation starts
 /// at the given tier.
 pub fn closest<S: Scalar>(from: Tier, point: [S; 3], triangle: &TriangleOf<S>) -> Closest {
     let feature = feature_from(from, point, triangle);

@@ -1,6 +1,6 @@
-//! The closest point of a triangle: its distance and weights.
+//! The closest point on a triangle: its distance and weights.
 
-/// The point of a triangle that is closest to a given point.
+/// The point on a triangle that is closest to a given point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closest {
     /// The distance, computed by rounding the exact squared distance to f64 and then rounding its

@@ -33,8 +33,8 @@ const TINY: f64 = f64::from_bits((1023 - 200) << 52);
 /// fraction of the product of the lengths.
 const SIDE: f64 = 1.0 / (1_u64 << 48) as f64;
 
-/// `2^-60`: for triangles no longer than this, only the distance to the edges is computed, as an
-/// upper bound.
+/// `2^-60`: if a triangle's longest edge is no longer than this, only the distance to the edges is
+/// computed, as an upper bound.
 const SHORTEST: f64 = 1.0 / (1_u64 << 60) as f64;
 
 /// `2^-104`: if a triangle's squared normal is at most this fraction of the fourth power of its
@@ -83,7 +83,7 @@ pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) ->
     let bounded = known | length.le(none);
     let least = D::select(bounded & least.ge(none), least, none);
     let (most, above) = (edge * more + edge_doubt, plane * more + plane_doubt);
-    // Upper bounds may be combined freely, because each is the distance to some point of the
+    // Upper bounds may be combined freely, because each is the distance to some point on the
     // triangle.
     let most = D::select(inside & above.lt(most), above, most);
     Squares { least, most }

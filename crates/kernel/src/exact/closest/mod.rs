@@ -1,4 +1,4 @@
-//! The exact point of a triangle that is closest to a given point.
+//! The exact point on a triangle that is closest to a given point.
 //!
 //! ```text
 //!            \  corner  /                   The closest point is a corner, lies within an edge, or

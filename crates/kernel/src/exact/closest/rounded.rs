@@ -43,7 +43,7 @@ pub(super) fn closest<S: Scalar>(
             let (x, y, edge) = (seen(from)?, seen(to)?, Offset::new(corners[to], corners[from])?);
             let den = Den::new(edge.along(&edge))?;
             // The distance from a line is the area |x × edge| divided by the edge's length. Both
-            // are squared here, so the root is only taken at the end.
+            // are squared here, so the root is taken only at the end.
             let area = x.cross(&edge);
             let square = den.under(&area.along(&area))?;
             // The weights of the foot are the projections of the two ends on the edge, divided by
@@ -148,7 +148,8 @@ impl<S: Scalar> Long<S> {
         let (x, y) = (&self.parts, &by.parts);
         let part = |k: usize| {
             let high = product(x[k].high, y[k].high);
-            // The product low × low is of the order of w² and is included in the bound.
+            // The product low × low is of the order of w², where w is half an ulp of 1, and is
+            // included in the bound.
             let low = high.low + (x[k].high * y[k].low + x[k].low * y[k].high);
             Double { high: high.high, low }
         };

@@ -16,7 +16,7 @@ struct Case {
 
 impl Case {
     /// Builds a case from fifteen numbers: an origin, the vector from the origin to a corner, the
-    /// two edges from that corner, and a direction. The corner is the farthest point of the scene.
+    /// two edges from that corner, and a direction. The corner is the farthest point in the scene.
     #[expect(clippy::large_stack_arrays, reason = "each number carries all of its shares")]
     fn of(numbers: &[f64; 15], change: fn(&mut Room)) -> Option<Self> {
         Worst::begin(&[]);

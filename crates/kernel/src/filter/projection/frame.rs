@@ -168,9 +168,9 @@ impl Frame {
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Points<F> {
-    /// The coordinate to the right.
+    /// The coordinate along the right axis.
     pub x: F,
-    /// The coordinate upward.
+    /// The coordinate along the up axis.
     pub y: F,
     /// The depth per unit of t.
     pub z: F,
@@ -201,7 +201,7 @@ impl<F: Lanes<Scalar = f32>> Points<F> {
     }
 }
 
-/// Evaluates a linear form at points of the projection.
+/// Evaluates a linear form at points on the projection.
 #[inline(always)]
 pub(super) fn at<F: Lanes<Scalar = f32>>(form: [f32; 3], points: &Points<F>) -> F {
     let [one, x, y] = [F::splat(form[0]), F::splat(form[1]), F::splat(form[2])];

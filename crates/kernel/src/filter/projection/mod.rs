@@ -1,4 +1,4 @@
-//! Projects rays from one origin to points of a plane, and triangles to linear forms on that plane.
+//! Projects rays from one origin to points on a plane, and triangles to linear forms on that plane.
 //!
 //! ```text
 //!        up                  A ray along d is the point (x, y) = (d·right, d·up) / d·depth.

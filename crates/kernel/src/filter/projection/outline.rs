@@ -48,7 +48,7 @@ pub struct Outlines {
     w: [[f32; 16]; 3],
     /// The inverse depth of the plane, positive in front; NaN if T is not known accurately enough.
     s: [[f32; 16]; 3],
-    /// The error bound of s.
+    /// The error bound on s.
     err: [f32; 16],
     /// If |s| is at most this value, the ray grazes the plane, and nothing is decided.
     least: [f32; 16],
@@ -113,7 +113,7 @@ pub struct Outline {
 }
 
 impl Outlines {
-    /// Projects the triangles of one or two blocks. `parallel` is the document's threshold divided
+    /// Projects the triangles in one or two blocks. `parallel` is the document's threshold divided
     /// by the smallest z of the rays, rounded up. `exact` means that all hits are known to be on
     /// their triangles.
     #[inline(always)]
@@ -216,7 +216,7 @@ impl Outlines {
 
 impl Outline {
     /// Computes the values that the test uses at points: U, V, and W in units of their bound, the
-    /// inverse depth, and the error bound of the inverse depth. Tests use this function to check
+    /// inverse depth, and the error bound on the inverse depth. Tests use this function to check
     /// the bounds.
     #[inline(always)]
     pub fn at<F: Lanes<Scalar = f32>>(&self, points: &Points<F>) -> ([F; 4], f32) {
@@ -469,7 +469,7 @@ impl<F: Lanes<Scalar = f32>> Corners<F> {
         [around(x, room, known), around(y, room, known)]
     }
 
-    /// Returns the edges as forms, and the error bound of these forms.
+    /// Returns the edges as forms, and the error bound on these forms.
     #[inline(always)]
     fn edges(&self, frame: &Frame) -> ([Vec3<F>; 3], F) {
         let (splat, &Self { a, b, h4, h5, h6, h, .. }) = (F::splat, self);

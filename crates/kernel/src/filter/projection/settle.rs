@@ -29,7 +29,7 @@ pub struct Settle<'a, T, I> {
     pub find: T,
     /// Returns the index of the triangle in a slot.
     pub index: I,
-    /// Whether the rays of the bundle are reversed, so that they start at their common end. In that
+    /// Whether the rays in the bundle are reversed, so that they start at their common end. In that
     /// case, the test determines only whether the rays hit, and every t is 0.
     pub reversed: bool,
 }
@@ -87,7 +87,7 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
             *kept = None;
         }
         let (_, seen) = kept.get_or_insert_with(|| {
-            // All rays of a bundle start at the same point, so the origin of the first ray will do.
+            // All rays in a bundle start at the same point, so the origin of the first ray will do.
             let (origin, ids) = (self.rays[0].origin, (self.first, slot));
             (slot, self.resolver.shared_origin(&(self.find)(slot), origin, ids))
         });

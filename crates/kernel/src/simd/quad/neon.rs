@@ -329,8 +329,8 @@ pub(super) mod integers {
     pub(crate) fn sub(a: Regs, b: Regs) -> Regs {
         cpu!([vsubq_s64(a[0], b[0]), vsubq_s64(a[1], b[1])])
     }
-    /// Returns the low half of each lane. This truncates instead of shuffling, because truncating a
-    /// number that was just widened costs nothing.
+    /// Returns the low half of each lane. The code truncates instead of shuffling, because
+    /// truncating a number that was just widened costs nothing.
     #[inline(always)]
     fn low(x: Regs) -> int32x4_t {
         cpu!(vcombine_s32(vmovn_s64(x[0]), vmovn_s64(x[1])))

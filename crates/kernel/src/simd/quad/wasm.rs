@@ -29,13 +29,13 @@ macro_rules! float {
         #[allow(unsafe_code)]
         #[inline(always)]
         pub(crate) fn load(from: &[$scalar; N]) -> Reg {
-            // SAFETY: reads the 128 bits of the array, with any alignment.
+            // SAFETY: the load reads the 128 bits of the array, with any alignment.
             unsafe { v128_load(from.as_ptr().cast()) }
         }
         #[allow(unsafe_code)]
         #[inline(always)]
         pub(crate) fn store(x: Reg, to: &mut [$scalar; N]) {
-            // SAFETY: writes the 128 bits of the array, with any alignment.
+            // SAFETY: the store writes the 128 bits of the array, with any alignment.
             unsafe { v128_store(to.as_mut_ptr().cast(), x) }
         }
         #[inline(always)]
@@ -215,13 +215,13 @@ pub(super) mod doubles {
     #[allow(unsafe_code)]
     #[inline(always)]
     pub(crate) fn load_f32(from: &[f32; N]) -> Reg {
-        // SAFETY: reads the 64 bits of the array, with any alignment.
+        // SAFETY: the load reads the 64 bits of the array, with any alignment.
         f64x2_promote_low_f32x4(unsafe { v128_load64_zero(from.as_ptr().cast()) })
     }
     #[allow(unsafe_code)]
     #[inline(always)]
     pub(crate) fn store_f32(x: Reg, to: &mut [f32; N]) {
-        // SAFETY: writes the 64 bits of the array, with any alignment.
+        // SAFETY: the store writes the 64 bits of the array, with any alignment.
         unsafe { v128_store64_lane::<0>(f32x4_demote_f64x2_zero(x), to.as_mut_ptr().cast()) }
     }
     #[inline(always)]

@@ -54,7 +54,7 @@ macro_rules! lanes {
             type Output = Self;
             #[inline(always)]
             fn neg(self) -> Self {
-                // Toggles the sign bit; `0 - x` would turn 0 into 0, not into -0.
+                // Toggle the sign bit: `0 - x` would turn 0 into 0, not into -0.
                 Self(cpu!($xor(self.0, $set1(-0.0))))
             }
         }
@@ -198,8 +198,8 @@ _mm256_castsi256_pd(_mm256_set1_epi64x(-1)), spread_4_wide);
 #[inline]
 #[target_feature(enable = "avx2")]
 fn spread_4(bits: i32) -> __m128 {
-    // Copies all bits to every lane, then clears all but the lane's own bit. The comparison sets
-    // all bits of each lane whose own bit is set.
+    // Copy all bits to every lane, then clear all but the lane's own bit. The comparison sets all
+    // bits of each lane whose own bit is set.
     let bit = _mm_setr_epi32(1, 2, 4, 8);
     _mm_castsi128_ps(_mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32(bits), bit), bit))
 }

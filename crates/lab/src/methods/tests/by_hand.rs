@@ -141,8 +141,8 @@ fn the_robust_form_takes_a_unit_of_rounding() {
 #[test]
 fn woop_falls_back_where_f32_cannot_tell() {
     // 8193 * 8191 = 8192 * 8192 - 1, but both products are the same in f32. The ray therefore seems
-    // to pass exactly through the side from b to c, and triangles on either side of it both seem to
-    // be hit. In f64, the products differ, and only one of the triangles is hit.
+    // to pass exactly through the side from b to c and to hit the triangles on both sides of it. In
+    // f64, the products differ, and the ray hits only one of the triangles.
     let (b, c) = ([8192.0, 8191.0, 1.0], [-8193.0, -8192.0, 1.0]);
     let vec3 = |[x, y, z]: [f32; 3]| Vec3 { x, y, z };
     for (y, is_hit) in [(10.0, true), (-10.0, false)] {

@@ -48,7 +48,7 @@ fn every_method_answers_ordinary_queries() {
 
 #[test]
 fn every_level_gives_the_same_answers() {
-    // Nor does the answer for a pair depend on the other pairs in the register.
+    // The answer for a pair must not depend on the other pairs in the register either.
     for family in FAMILIES {
         let cases = cases(family.name, 100);
         for method in METHODS {

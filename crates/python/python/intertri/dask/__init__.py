@@ -47,8 +47,8 @@ class SharedMesh:
 def share(mesh: Mesh, client: Any = None) -> SharedMesh:
     """Sends a mesh once to every worker of a ``distributed`` client.
 
-    Pass the result to the functions below in place of the mesh. Without ``client``, the current
-    client is used; if there is none, the mesh stays in this process.
+    Pass the result to the functions below in place of the mesh. If ``client`` is omitted, the
+    current client is used; if there is none, the mesh stays in this process.
 
     Workers that join later fetch the mesh from the others.
     """
@@ -70,7 +70,7 @@ def closest(mesh: Mesh | SharedMesh, rays: da.Array, *, mode: Mode = "exact", th
 
 
 def any(mesh: Mesh | SharedMesh, rays: da.Array, *, mode: Mode = "exact", threads: int = 1) -> da.Array:
-    """Whether rays (n, 6) or (n, 8) hit anything: an array (n,) of bool."""
+    """Returns whether rays (n, 6) or (n, 8) hit anything: an array (n,) of bool."""
     return _blocks("any", mesh, rays, np.dtype(bool), mode=mode, threads=threads)
 
 
@@ -83,7 +83,7 @@ def count_crossings(mesh: Mesh | SharedMesh, rays: da.Array, *, threads: int = 1
 def contains(
     mesh: Mesh | SharedMesh, points: da.Array, *, assume_closed: bool = False, threads: int = 1
 ) -> da.Array:
-    """Whether points (n, 3) are inside: an array (n,) of bool."""
+    """Returns whether points (n, 3) are inside: an array (n,) of bool."""
     options = {"assume_closed": assume_closed, "threads": threads}
     return _blocks("contains", mesh, points, np.dtype(bool), columns=(3,), **options)
 

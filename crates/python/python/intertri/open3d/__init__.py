@@ -54,15 +54,15 @@ class Tensor(np.ndarray[Any, Any]):
         return self.size
 
     def isfinite(self) -> Tensor:
-        """Whether each element is finite. A miss has an infinite ``t_hit``."""
+        """Returns whether each element is finite. A miss has an infinite ``t_hit``."""
         return _tensor(np.isfinite(self))
 
     def isinf(self) -> Tensor:
-        """Whether each element is infinite."""
+        """Returns whether each element is infinite."""
         return _tensor(np.isinf(self))
 
     def isnan(self) -> Tensor:
-        """Whether each element is NaN."""
+        """Returns whether each element is NaN."""
         return _tensor(np.isnan(self))
 
     def to(self, *args: Any, dtype: Any = None, device: Any = None, copy: bool = False) -> Tensor:
@@ -90,7 +90,7 @@ def _tensor(values: Any) -> Tensor:
 
 
 def _is_device(value: Any) -> bool:
-    """Whether a value names a device, such as ``CPU:0``, and not a dtype."""
+    """Returns whether a value names a device, such as ``CPU:0``, and not a dtype."""
     return str(value).upper().startswith(("CPU", "CUDA", "SYCL"))
 
 
@@ -248,7 +248,7 @@ class RaycastingScene:
         }
 
     def test_occlusions(self, rays: Any, tnear: float = 0.0, tfar: float = math.inf, nthreads: int = 0) -> Any:
-        """Whether rays (..., 6) hit anything at tnear <= t < tfar: (...) bool."""
+        """Returns whether rays (..., 6) hit anything at tnear <= t < tfar: (...) bool."""
         rays, wrap = self._query(rays, 6, "rays")
         return wrap(self._scene().mesh.any(rays, t_min=tnear, t_max=tfar, threads=_threads(nthreads)))
 

@@ -49,14 +49,14 @@ def ray_trace(
     plot: bool = False,
     off_screen: bool | None = None,
 ) -> tuple[Floats, Ints]:
-    """Like ``PolyData.ray_trace``: where a segment, including its ends, meets a surface.
+    """Finds where a segment, including its ends, meets a surface, like ``PolyData.ray_trace``.
 
     Returns
     -------
     (n, 3) float64, (n,) int64
         The points in order along the segment, and the cell of each point. If several cells share a
-        point, the lowest cell is returned. With ``first_point``, only the first point is returned,
-        (3,), if there is one.
+        point, the cell with the lowest number is returned. With ``first_point``, only the first
+        point is returned, (3,), if there is one.
     """
     surface = _surface(mesh, "ray_trace")
     start, end = (points(value, name).astype(np.float64) for value, name in [(origin, "origin"), (end_point, "end_point")])
@@ -85,15 +85,16 @@ def ray_trace(
 def multi_ray_trace(
     mesh: Any, origins: ArrayLike, directions: ArrayLike, first_point: bool = False, retry: bool = False
 ) -> tuple[Floats, Ints, Ints]:
-    """Like ``PolyData.multi_ray_trace``, but without trimesh and Embree: where rays meet a surface
-    of triangles in front of their origins. ``retry`` has no effect, because no ray is lost.
+    """Finds where rays meet a surface of triangles in front of their origins, like
+    ``PolyData.multi_ray_trace``, but without trimesh and Embree. ``retry`` has no effect, because
+    no ray is lost.
 
     Returns
     -------
     (n, 3) float64, (n,) int64, (n,) int64
         The points in order along each ray, and the ray and the cell of each point. If several cells
-        share a point, the lowest cell is returned. With ``first_point``, only the first point of
-        each ray is returned.
+        share a point, the cell with the lowest number is returned. With ``first_point``, only the
+        first point of each ray is returned.
     """
     if not mesh.is_all_triangles:
         raise NotAllTrianglesError("multi_ray_trace takes a mesh of triangles; pass mesh.triangulate()")
@@ -119,8 +120,8 @@ def select_interior_points(
     check_surface: bool = True,
     locator_tolerance: float | None = None,
 ) -> Any:
-    """Like ``DataSet.select_interior_points``: a shallow copy of a data set with the array
-    ``selected_points``, which is true for points inside a closed surface or on it.
+    """Returns a shallow copy of a data set with the array ``selected_points``, which is true for
+    points inside a closed surface or on it, like ``DataSet.select_interior_points``.
 
     A point is inside if the surface winds around it. If ``check_surface`` is false and the surface is open or its faces
     are not consistently oriented, a point is inside if a ray from it crosses an odd number of faces.
@@ -202,14 +203,14 @@ def _surface(mesh: Any, name: str) -> _Surface:
 
 
 def _is_next(values: NDArray[Any]) -> NDArray[np.bool_]:
-    """Whether each value differs from the previous one."""
+    """Returns whether each value differs from the previous one."""
     differs = np.ones(len(values), bool)
     differs[1:] = values[1:] != values[:-1]
     return differs
 
 
 def _is_on(mesh: Mesh, hit: NDArray[np.void], point: Floats) -> bool:
-    """Whether a point lies exactly on the triangle of a hit."""
+    """Returns whether a point lies exactly on the triangle of a hit."""
     return bool(Mesh(mesh.vertices[mesh.faces[hit["triangle"]]][None]).is_on_surface(point))
 
 

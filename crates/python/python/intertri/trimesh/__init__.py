@@ -199,11 +199,11 @@ class RayMeshIntersector:
         return self.intertri.closest_triangle(*_rays(ray_origins, ray_directions)).astype(np.int64)
 
     def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.bool_]:
-        """Whether each ray meets the mesh: (n,)."""
+        """Returns whether each ray meets the mesh: (n,)."""
         return self.intertri.any(*_rays(ray_origins, ray_directions))
 
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Whether points are inside the mesh or on it: (n,).
+        """Returns whether points are inside the mesh or on it: (n,).
 
         In a closed mesh with consistently oriented faces, a point is inside if the mesh winds
         around it. In any other mesh, it is inside if a ray from it crosses an odd number of faces.
@@ -341,8 +341,8 @@ def _closest(mesh: Any, asked: RayMeshIntersector, points: ArrayLike) -> tuple[F
 
 
 def closest_point(mesh: Any, points: ArrayLike) -> tuple[Floats, Floats, Ints]:
-    """Like ``trimesh.proximity.closest_point``: the closest points on the mesh (n, 3), distances
-    (n,), and faces (n,).
+    """Returns the closest points on the mesh (n, 3), distances (n,), and faces (n,), like
+    ``trimesh.proximity.closest_point``.
 
     Unless `install` has been called, each call builds the hierarchy.
     """
@@ -350,7 +350,8 @@ def closest_point(mesh: Any, points: ArrayLike) -> tuple[Floats, Floats, Ints]:
 
 
 def signed_distance(mesh: Any, points: ArrayLike) -> Floats:
-    """Like ``trimesh.proximity.signed_distance``: distances to the mesh (n,), **positive inside**, 0 on it.
+    """Returns distances to the mesh (n,), **positive inside** and 0 on it, like
+    ``trimesh.proximity.signed_distance``.
 
     The sign comes from `RayMeshIntersector.contains_points`, not from a normal.
     """
@@ -358,8 +359,8 @@ def signed_distance(mesh: Any, points: ArrayLike) -> Floats:
 
 
 class ProximityQuery:
-    """Like ``trimesh.proximity.ProximityQuery``: `on_surface`, `signed_distance`, and `vertex` of a
-    mesh."""
+    """Point queries of a mesh, with `on_surface`, `signed_distance`, and `vertex` as in
+    ``trimesh.proximity.ProximityQuery``."""
 
     def __init__(self, mesh: Any) -> None:
         self._mesh = mesh

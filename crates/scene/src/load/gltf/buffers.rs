@@ -18,7 +18,7 @@ pub(super) struct Buffers<'a> {
     files: HashMap<PathBuf, Vec<u8>>,
 }
 
-/// Where a buffer's bytes are.
+/// The location of a buffer's bytes.
 enum Bytes<'a> {
     Chunk(&'a [u8]),
     Inline(Vec<u8>),

@@ -19,7 +19,7 @@ pub(super) struct Primitives<'a> {
     pub(super) tables: Tables<'a>,
     /// For each mesh, the largest number of morph targets in any of its primitives.
     targets: Vec<usize>,
-    /// How many more vertices and triangles may be read.
+    /// The number of vertices and triangles that may still be read.
     left: u64,
     /// The mesh under construction.
     builder: MeshBuilder<f64>,
@@ -35,7 +35,7 @@ pub(super) struct Weights<'a> {
     pub(super) are_default: bool,
 }
 
-/// How a mesh is placed in the scene.
+/// The way in which a mesh is placed in the scene.
 #[derive(Clone, Copy)]
 pub(super) enum Placement<'a> {
     /// By instances. The mesh stays in its own space; if the instances mirror the mesh, its

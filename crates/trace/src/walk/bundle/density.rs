@@ -123,8 +123,8 @@ mod tests {
         }
     }
 
-    /// Many slivers whose boxes every packet reaches: a bundle in random order gives up after the
-    /// work allowed for the whole, because no part of it would be narrower.
+    /// Tests many slivers whose boxes every packet reaches. A bundle in random order gives up after
+    /// the work allowed for the whole bundle, because no part of it would be narrower.
     #[test]
     fn bundles_in_random_order_are_not_split() {
         let sliver = |i: usize| {

@@ -34,7 +34,7 @@ pub(crate) struct Frustum {
 }
 
 impl Frustum {
-    /// Creates the frustum around a rectangle of a frame's projection.
+    /// Creates the frustum around a rectangle on a frame's projection plane.
     pub(crate) fn new(frame: &Frame, (lo, hi): ([f32; 2], [f32; 2]), margin: &Margin) -> Self {
         let (depth, [right, up]) = (frame.depth(), frame.across());
         let side = |across: [f32; 3], slope: f32, sign: f32| {

@@ -23,7 +23,7 @@ pub(crate) const AT_ONCE: usize = 8;
 /// The maximum number of triangles to process at once.
 const TRIANGLES: usize = 8 * AT_ONCE;
 
-/// The maximum number of pairs, each of a triangle and a group.
+/// The maximum number of pairs of a triangle and a group.
 const PAIRS: usize = GROUPS * TRIANGLES;
 
 /// The maximum number of tests.
@@ -33,14 +33,14 @@ const TESTS: usize = 16 * PAIRS;
 #[derive(Clone, Copy)]
 pub(crate) struct PacketTest {
     pub(crate) packet: usize,
-    /// The index of the pair that consists of the triangle and the packet's group.
+    /// The index of the pair of the triangle and the packet's group.
     pub(crate) number: usize,
 }
 
 /// The numbers of pairs and tests that have been listed.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct ListedTests {
-    /// For each group, the number of pairs of a triangle and this group.
+    /// For each group, the number of triangles paired with it.
     pub(crate) pairs: [usize; GROUPS],
     pub(crate) tests: usize,
 }

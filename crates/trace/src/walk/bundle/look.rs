@@ -8,7 +8,7 @@ use super::principal_axis::Spread;
 /// The maximum magnitude of an origin's coordinate: 2^30.
 const LARGEST: f32 = (1 << 30) as f32;
 
-/// The maximum magnitude of a scene coordinate, so that no distance from a plane overflows: 2^80.
+/// The maximum magnitude of a scene coordinate: 2^80. No distance from a plane then overflows.
 const LARGEST_REACH: f32 = (1_u128 << 80) as f32;
 
 /// Creates a frame that looks along `sum`. One of its axes follows the direction in which the rays

@@ -9,9 +9,9 @@ pub(super) const WIDTHS: [usize; 3] = [PACKETS, 16, 4];
 /// A part is split once it has taken this many packet tests per ray.
 const SPLIT: usize = 8;
 
-/// After this much work per ray, one of the smallest parts is given up, because its rays have too
-/// little in common. For any-hit queries, the limit is a quarter of this value, since single-ray
-/// traversal also finds a hit sooner.
+/// After this much work per ray, the traversal abandons one of the smallest parts, because its rays
+/// have too little in common. For any-hit queries, the limit is a quarter of this value, because
+/// tracing the rays without a bundle then also takes less work.
 const PATIENCE: usize = 32;
 
 /// Returns the maximum amount of work for a part at a level.

@@ -58,9 +58,9 @@ pub(crate) struct Projection<S: Simd> {
     pub(crate) groups: [Group<S>; GROUPS],
     /// The number of packets in use.
     pub(crate) used: usize,
-    /// A lower bound on z.
+    /// A lower bound on the z of all rays.
     pub(crate) slowest: f32,
-    /// The near ends of the rays of all packets.
+    /// The combined near ends of all rays.
     pub(crate) ranges: Ranges<S::F32x16>,
     /// Bit i of `live[p]` is set if ray `16 p + i` is still searching for a hit.
     pub(crate) live: [u32; PACKETS],
@@ -194,8 +194,8 @@ impl<S: Simd> Projection<S> {
         if outliers > count / OUTLIERS {
             return None;
         }
-        // Round down to get a lower bound on z. The bound is used to convert a threshold to an
-        // inverse depth.
+        // Round down to get a lower bound on z, with which a threshold is converted to an inverse
+        // depth.
         self.slowest = smallest::<S>(slowest) * (1.0 - 1e-6);
         self.ranges = starts.ranges();
 

@@ -92,8 +92,8 @@ impl Results {
         self.every.clear();
     }
 
-    /// Lists all hits of the last bundle, except for packets that were left untraced. `first` is
-    /// the ID of the first ray.
+    /// Lists all hits of the last bundle, except those of packets that were left untraced. `first`
+    /// is the ID of the first ray.
     #[inline(always)]
     pub(crate) fn list<S: Simd>(
         &mut self,
@@ -162,7 +162,7 @@ impl Results {
         });
     }
 
-    /// Calls a function for each hit of the last bundle, except for packets that were left
+    /// Calls a function for each hit of the last bundle, except those of packets that were left
     /// untraced. Passes the ray's position in the bundle and the triangle's position in `seen`,
     /// after reserving memory for the pair.
     #[inline(always)]
@@ -279,8 +279,8 @@ impl Results {
         }
     }
 
-    /// Writes which triangle each ray hits, if any. A triangle is given by its position among the
-    /// triangles of all meshes.
+    /// Writes the triangle that each ray hits, if any. A triangle is given by its position among
+    /// the triangles of all meshes.
     #[inline(always)]
     fn triangles(&mut self, tree: &Tree, triangles: &mut [MeshTriangle]) {
         // Avoid a branch, which would be mispredicted: the last entry stands for no triangle.

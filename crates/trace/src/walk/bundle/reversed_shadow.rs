@@ -9,7 +9,7 @@
 //!
 //! Because of rounding, each ray misses L slightly. All bounds are widened accordingly, as derived
 //! in `docs/numerics/projection.md`, section 6. Whether a ray hits anything then agrees with the
-//! reference. The position of the hit is not computed.
+//! reference implementation. The position of the hit is not computed.
 
 use intertri::simd::{Lanes, Mask};
 use intertri::{Ray, Threshold};
@@ -27,7 +27,7 @@ const ROUNDING: f32 = 4.0 / (1 << 24) as f32;
 const ENDS: f32 = 4.0 / (1 << 24) as f32;
 
 /// The interval of a copy must begin no later than this fraction of the t at which the ray reaches
-/// the point, so that rounding its start hardly changes the rest (f64.md, section 6).
+/// the point, so that rounding its start hardly changes the remaining interval (f64.md, section 6).
 const BEGINS: f32 = 1.0 / 8.0;
 
 /// A bound on the length of a ray and on the coordinates of its ends (2^30). The length must also

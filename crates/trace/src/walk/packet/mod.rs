@@ -154,7 +154,7 @@ pub(crate) fn negative<S: Simd>(dir: &[[f32; RAYS]; 3]) -> [u32; 3] {
     negative
 }
 
-/// Groups rays by octant. All rays of an octant enter every box through the same three sides.
+/// Groups rays by octant. All rays in an octant enter every box through the same three sides.
 /// `negative` holds, for each axis, a mask of the rays whose directions are negative.
 #[inline(always)]
 pub(crate) fn octants(negative: [u32; 3], mut rays: u32) -> impl Iterator<Item = (usize, u32)> {

@@ -7,7 +7,7 @@ use crate::tree::{EMPTY, LEAF, Node, Tree};
 use crate::util::stop;
 use crate::walk::single::SlabLanes;
 
-/// The number of nodes and leaves that a packet visits between two checks of whether to stop.
+/// The number of nodes and leaves that a packet visits between two checks for cancellation.
 const CHECK: usize = 256;
 
 /// The number of rays in a packet.
@@ -58,7 +58,7 @@ pub(crate) trait VisitTogether<F: Lanes<Scalar = f32>> {
 }
 
 impl PacketStack {
-    /// Visits the leaves that any ray of an octant reaches, roughly front to back. Returns the
+    /// Visits the leaves that any ray in an octant reaches, roughly front to back. Returns the
     /// number of nodes and leaves visited, and the sum over these of the number of rays visiting
     /// each.
     #[inline(always)]

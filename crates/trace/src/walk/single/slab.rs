@@ -7,9 +7,10 @@
 //! ```
 //!
 //! A node costs one multiply-add per plane, because everything that depends only on the ray is
-//! precomputed. The rounding error is proportional either to the origin, which `pad` covers, or to
-//! t, which r and R cover. Other triangles of the scene have no effect, so a large ground plane or
-//! a stray triangle does not widen other boxes. `docs/numerics/hierarchy.md` has the proof.
+//! precomputed. One part of the rounding error is proportional to the origin, which `pad` covers,
+//! and the other to t, which r and R cover. Other triangles of the scene have no effect, so a large
+//! ground plane or a stray triangle does not widen other boxes. `docs/numerics/hierarchy.md` has
+//! the proof.
 
 use intertri::simd::Vec3;
 use intertri::simd::{Lanes, Mask, Simd};
@@ -234,7 +235,7 @@ fn planes<F: Lanes<Scalar = f32>>(
     [near_rd, far_rd, minus_near, pad - (lo * far_rd).min(hi * far_rd)]
 }
 
-/// Slabs in lanes: of one ray for eight boxes, or of several rays of an octant for one box.
+/// Slabs in lanes: one ray against eight boxes, or several rays in an octant against one box.
 #[derive(Clone, Copy)]
 pub(crate) struct SlabLanes<F> {
     near_rd: Vec3<F>,

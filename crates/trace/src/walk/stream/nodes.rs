@@ -31,7 +31,7 @@ pub(super) fn visit_nodes(
     }
 }
 
-/// The node step for rays of one octant. The octant is a constant, so the near and far sides of a
+/// The node step for rays in one octant. The octant is a constant, so the near and far sides of a
 /// box are known at compile time.
 struct Nodes<'a, const OCTANT: usize> {
     tree: &'a Tree,

@@ -84,8 +84,8 @@ impl WithSimd for Stream<'_, '_> {
             retired: Retired::new(filter.resolver()),
             prefetch: Prefetch::of(memory, ids.len()),
         };
-        // Rays of one octant enter every box through the same three sides, so the near sides need
-        // not be selected for each ray.
+        // Rays in the same octant enter every box through the same three sides, so the near sides
+        // need not be selected for each ray.
         for (octant, waiting) in by_octant(rays, ids).iter().enumerate() {
             active.traverse::<S>(octant, waiting);
         }
@@ -133,7 +133,7 @@ struct Active<'a, 'b> {
 }
 
 impl Active<'_, '_> {
-    /// Traces all rays of an octant.
+    /// Traces all rays in an octant.
     #[inline(always)]
     fn traverse<S: Simd>(&mut self, octant: usize, waiting: &[RayId]) {
         let mut waiting = waiting.iter();

@@ -26,7 +26,7 @@ struct Case {
 impl Case {
     /// Builds a case from nineteen numbers: an origin, the vector from the origin to a corner, the
     /// two edges from that corner, the point where the ray meets the projection, and the rotation
-    /// of the axes. The corner is the farthest point of the scene.
+    /// of the axes. The corner is the farthest point in the scene.
     fn of(numbers: &[f64; 19], change: fn(&mut Frame)) -> Option<Self> {
         let v = |i: usize| [numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]];
         let (o, a, h4, h5, [x, y, z]) = (v(0), v(1), v(2), v(3), v(4));
