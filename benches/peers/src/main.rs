@@ -126,7 +126,7 @@ struct Options {
     /// File to write the figures to as JSON, for example for `chart`.
     #[arg(long)]
     json: Option<PathBuf>,
-    /// Path to the shared library of Embree 3 or 4; only needed if Embree is not installed.
+    /// Path to the shared library of Embree 3 or 4; needed only if Embree is not installed.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }

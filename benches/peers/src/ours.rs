@@ -24,7 +24,7 @@ impl PeerScalar for f32 {
 impl PeerScalar for f64 {
     #[inline]
     fn query(bvh: &Bvh<f64>, mode: Mode) -> Query<'_, f64> {
-        assert!(mode == Mode::exact().at(mode.level()), "an f64 hierarchy only supports `exact`");
+        assert!(mode == Mode::exact().at(mode.level()), "an f64 hierarchy supports only `exact`");
         bvh.query().at(mode.level())
     }
 }

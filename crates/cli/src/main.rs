@@ -19,7 +19,7 @@ use crate::commands::{advise, bench, build, chart, crossover, inspect, render, s
 ///
 /// The default engine, exact, is correct for the coordinates as given; oracle computes the same
 /// answers with a plain loop in rational arithmetic. The certified and reference engines both
-/// return the answers of the scalar f64 reference, bit for bit, and only differ in speed. The fixed
+/// return the answers of the scalar f64 reference, bit for bit, and differ only in speed. The fixed
 /// engine snaps the scene to a grid, on which it is exact; the raster engine draws without rays.
 #[derive(Parser)]
 #[command(name = "intertri", version)]

@@ -170,7 +170,7 @@ fn a_ray_is_answered_the_same_whatever_else_is_in_the_file() {
         assert_eq!((output.status.code(), told.lines().count()), (Some(0), 1), "{told}");
         assert!(
             told.starts_with("intertri: ")
-                && told.contains("outside the grid and so hit nothing: 1"),
+                && told.contains("outside the grid and therefore hit nothing: 1"),
             "{told}"
         );
         let all = String::from_utf8(output.stdout).unwrap();

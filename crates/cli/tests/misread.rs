@@ -327,7 +327,7 @@ fn tiny_and_distant_models_have_different_messages() {
     let line = "render m.obj --size 8x6 -o a.png";
     one_line(line, &place.run(line), 0, &["is so small that", "--scalar f64"]);
     place.put("m.obj", "v 0 0 1000000000.3\nv 1 0 1e9\nv 0 1 1e9\nf 1 2 3\n");
-    one_line(line, &place.run(line), 0, &["lies so far from 0 that", "--scalar f64"]);
+    one_line(line, &place.run(line), 0, &["is so far from the origin that", "--scalar f64"]);
 }
 
 /// Writes a glTF with unit cubes, placed by the given nodes. The corners of each face run

@@ -115,7 +115,7 @@ fn engines_in_f32_say_what_they_round() {
         let line = format!("trace m.obj --rays r.csv --engine {engine}");
         let output = place.run(&line);
         let words =
-            ["only supports f32", "9 coordinates of the model", "5 numbers of the rays", "2.4e-8"];
+            ["supports only f32", "9 coordinates of the model", "5 numbers of the rays", "2.4e-8"];
         crate::common::one_line(&line, &output, 0, &words);
         // Requesting f32 explicitly suppresses the message, and changes no answer.
         assert_eq!(place.ok(&format!("{line} --scalar f32")), output.stdout);

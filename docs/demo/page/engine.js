@@ -9,7 +9,7 @@ async function unpack(text) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** Compiles the module with SIMD, or the one without if the browser lacks SIMD or the address ends in `#plain`. */
+/** Compiles the module with SIMD, or the one without if the browser lacks SIMD or the URL ends in `#plain`. */
 async function chooseModule() {
   const modules = JSON.parse(document.getElementById("modules").textContent);
   if (!location.hash.includes("plain")) {

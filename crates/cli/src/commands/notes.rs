@@ -67,7 +67,8 @@ pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
     let apart = f64::from(farthest) - f64::from(farthest.next_down());
     let size = span(bounds.min.map(f64::from), bounds.max.map(f64::from));
     // The f32 values below this limit are equally spaced.
-    let why = if farthest < f32::MIN_POSITIVE { "is so small" } else { "lies so far from 0" };
+    let why =
+        if farthest < f32::MIN_POSITIVE { "is so small" } else { "is so far from the origin" };
     (size > 0.0 && apart > COARSE * size).then(|| {
         format!(
             "the model {why} that coordinates in f32 are {} apart there; add --scalar f64 to read and \
@@ -82,8 +83,8 @@ pub(crate) fn far<S: Coordinate>(scene: &Scene<S>) -> Option<String> {
     let Light::Point { position } = scene.light else { return None };
     let (middle, radius) = middle_and_radius(scene)?;
     (span(position.map(Into::into), middle) > FAR * radius).then(|| {
-        "the light is so far away that shadows begin behind the objects that cast them; give its \
-         direction with --sun X,Y,Z"
+        "the light is so far away that shadows begin some distance behind the objects that cast \
+         them; give its direction with --sun X,Y,Z"
             .to_owned()
     })
 }

@@ -47,9 +47,9 @@ const CHUNKS: usize = 4;
 /// ray: origin x y z, t_min, dir x y z, t_max. Raw64 is the same in f64. A hit counts if t_min <= t
 /// < t_max and t > 0.
 ///
-/// Answers are for the numbers in the files; a decimal stands for the nearest f64. Engines other
-/// than exact and oracle only support f32; the numbers that they round are counted on standard
-/// error and in the report.
+/// Answers are computed from the numbers in the files; a decimal is read as the nearest f64. Engines
+/// other than exact and oracle support only f32; the numbers that they round are counted on
+/// standard error and in the report.
 ///
 /// ANSWERS are CSV by default: ray,triangle,t,u,v. Rays and triangles are numbered from 0,
 /// triangles in the order of the file and those of a polygon in sequence; u and v are the weights
@@ -107,7 +107,7 @@ pub(crate) struct Options {
     engine: EngineName,
 
     /// The scalar to trace in; f64 works only with the exact and oracle engines [default for these
-    /// two: whichever represents all numbers exactly, so the choice only affects the speed; for
+    /// two: whichever represents all numbers exactly, so the choice affects only the speed; for
     /// other engines: f32]
     #[arg(long, value_enum)]
     scalar: Option<ScalarName>,
@@ -282,13 +282,16 @@ fn answer<T: Tracer>(
     let done = answer_all(options, &question, &mut rays, &mut output, &mut seconds)?;
     output.finish()?;
     if done.outside > 0 {
-        note(&format!("rays that start outside the grid and so hit nothing: {}", done.outside));
+        note(&format!(
+            "rays that start outside the grid and therefore hit nothing: {}",
+            done.outside
+        ));
     }
     let rounded = Rounded { model: scene.rounding, rays: rays.rounding() };
     if options.scalar.is_none() && !rounded.is_nothing() {
         let engine = options.engine;
         note(&format!(
-            "engine {engine} only supports f32: {rounded}; if that is intended, add --scalar f32"
+            "engine {engine} supports only f32: {rounded}; if that is intended, add --scalar f32"
         ));
     }
 

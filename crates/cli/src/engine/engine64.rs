@@ -27,7 +27,7 @@ impl Engine64 {
                 "gives the answers of the scalar f64 reference, for f32 coordinates"
             }
             EngineName::Fixed => "snaps f32 coordinates to its grid",
-            EngineName::Raster => "only supports f32 coordinates",
+            EngineName::Raster => "supports only f32 coordinates",
         };
         Err(Error::usage(format!("--scalar f64: engine {name} {why}; choose exact or oracle")))
     }

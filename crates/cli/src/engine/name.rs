@@ -27,7 +27,7 @@ pub(crate) enum EngineName {
 
 impl EngineName {
     /// The error for tracing rays with the rasterizer.
-    pub(crate) const ANSWERS_NO_RAYS: &str = "engine raster only draws pictures and traces no rays; choose exact, certified, fixed, reference or oracle";
+    pub(crate) const ANSWERS_NO_RAYS: &str = "engine raster draws pictures but traces no rays; choose exact, certified, fixed, reference or oracle";
 
     /// Returns whether the engine's answers are correct for the coordinates as given.
     pub(crate) fn is_exact(self) -> bool {

@@ -10,7 +10,7 @@ pub(crate) const NAME: &str = "standard output";
 /// Refuses a closed standard output, because everything written to it would be lost silently.
 pub(crate) fn check() -> Result<()> {
     if at_the_start::was_closed() {
-        return Err(Error::at(NAME, "is closed; open it, or send it to /dev/null"));
+        return Err(Error::at(NAME, "is closed; open it, or redirect it to /dev/null"));
     }
     Ok(())
 }

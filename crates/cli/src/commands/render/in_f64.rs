@@ -64,7 +64,7 @@ fn check(options: &Options) -> Result<()> {
     for name in [Some(options.engine), options.check].into_iter().flatten() {
         Engine64::check(name)?;
     }
-    let raster = "is drawn by the rasterizer, which only supports f32 coordinates; omit it";
+    let raster = "is drawn by the rasterizer, which supports only f32 coordinates; omit it";
     if options.wire.is_some() {
         return Err(Error::usage(format!("--scalar f64: --wire {raster}")));
     }
