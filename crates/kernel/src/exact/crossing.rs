@@ -50,6 +50,39 @@ impl Side {
     }
 }
 
+/// What f64 can say about a ray and a triangle.
+pub(super) enum InFloat {
+    /// The ray misses the triangle, or hits it outside its interval.
+    Miss,
+    /// The ray hits the triangle within its interval, on this side and with t between these bounds.
+    Hit(Side, [f64; 2]),
+    /// Only integers can decide. `plain` tells whether rounding is the only error of f64.
+    Undecided { plain: bool },
+}
+
+/// Decides whether a ray hits a triangle within its interval, if f64 and its error bound suffice.
+#[inline(always)]
+pub(super) fn in_float<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> InFloat {
+    if !is_plain(ray, triangle) {
+        return InFloat::Undecided { plain: false };
+    }
+    if runs_along(ray, triangle) {
+        return InFloat::Miss;
+    }
+    let corners = triangle.0.map(|corner| Vec3::<f64>::splat(corner.map(Into::into)));
+    let (Decided { miss, closed, inside, leaves }, t) =
+        float::decide_with_t(corners, &RayLanes::of_ray(ray));
+    if miss {
+        return InFloat::Miss;
+    }
+    // On an edge, the closed rule accepts the hit. The *once* rule must compare the normals, which
+    // requires integers.
+    if inside || rule == Rule::Closed && closed {
+        return InFloat::Hit(if leaves { Side::Leaves } else { Side::Enters }, t);
+    }
+    InFloat::Undecided { plain: true }
+}
+
 /// Returns the side from which a ray crosses a triangle within its interval, if it does so by the
 /// given rule. The computation starts at the given tier.
 #[inline(always)]
@@ -59,25 +92,69 @@ pub fn crossing_from<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
 ) -> Option<Side> {
-    // Try f64 first, if rounding is its only error on this input.
-    let plain = from == Tier::Float && is_plain(ray, triangle);
-    if plain {
-        if runs_along(ray, triangle) {
-            return None;
-        }
-        let corners = triangle.0.map(|corner| Vec3::<f64>::splat(corner.map(Into::into)));
-        let Decided { miss, closed, inside, leaves } =
-            float::decide(corners, &RayLanes::of_ray(ray));
-        if miss {
-            return None;
-        }
-        // On an edge, the closed rule accepts the hit. The *once* rule must compare the normals,
-        // which requires integers.
-        if inside || rule == Rule::Closed && closed {
-            return Some(if leaves { Side::Leaves } else { Side::Enters });
+    let mut plain = false;
+    if from == Tier::Float {
+        match in_float(rule, ray, triangle) {
+            InFloat::Miss => return None,
+            InFloat::Hit(side, _) => return Some(side),
+            InFloat::Undecided { plain: is_plain } => plain = is_plain,
         }
     }
     by_integers(from, rule, ray, triangle, plain)
+}
+
+/// What f64 and its error bound decide about a ray and a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PairDecision {
+    /// The ray does not hit the triangle within its interval.
+    Miss,
+    /// The ray hits the triangle within its interval, and t is in `t_lo..=t_hi`.
+    Hit {
+        /// The lower bound on t.
+        t_lo: f32,
+        /// The upper bound on t.
+        t_hi: f32,
+    },
+    /// The error bound decides nothing.
+    Undecided,
+}
+
+/// Decides whether a ray hits a triangle within its interval, and about where, if f64 and its error
+/// bound suffice.
+pub fn decide_pair<S: Scalar>(
+    rule: Rule,
+    ray: &RayOf<S>,
+    triangle: &TriangleOf<S>,
+) -> PairDecision {
+    match in_float(rule, ray, triangle) {
+        InFloat::Miss => PairDecision::Miss,
+        InFloat::Undecided { .. } => PairDecision::Undecided,
+        InFloat::Hit(_, [lo, hi]) => {
+            // Bounds that are far apart would not help, and f32 bounds near the limits of f32 may
+            // overflow or become 0.
+            let are_close = hi - lo <= lo * CLOSE;
+            if !(are_close && lo >= LIMITS[0] && hi <= LIMITS[1]) {
+                return PairDecision::Undecided;
+            }
+            PairDecision::Hit { t_lo: f32_bounds(lo).0, t_hi: f32_bounds(hi).1 }
+        }
+    }
+}
+
+/// The largest relative difference between the bounds on t that are worth keeping: 2^-24.
+const CLOSE: f64 = f32::EPSILON as f64 / 2.0;
+
+/// Bounds on t are kept only within these limits: 2^-120 and 2^120.
+const LIMITS: [f64; 2] = [f64::from_bits((1023 - 120) << 52), f64::from_bits((1023 + 120) << 52)];
+
+/// Returns the f32 values nearest to t on either side, or the same value twice if t is an f32.
+#[inline(always)]
+pub(crate) fn f32_bounds(t: f64) -> (f32, f32) {
+    let near = t as f32;
+    let (near64, t_lo, t_hi) = (f64::from(near), near.next_down(), near.next_up());
+    // `near` is the f32 nearest to t. If it is above t, its lower neighbour is below t, and vice
+    // versa.
+    (if near64 > t { t_lo } else { near }, if near64 < t { t_hi } else { near })
 }
 
 /// Returns whether a triangle is perpendicular to an axis and the ray runs parallel to its plane.
@@ -182,9 +259,11 @@ fn crossing<S: Scalar, const C: usize, const N: usize, const V: usize>(
 
 #[cfg(test)]
 mod tests {
-    use super::{Rule, crossing_from, in_two_parts};
-    use crate::exact::Tier;
+    use super::{
+        InFloat, PairDecision, Rule, crossing_from, decide_pair, f32_bounds, in_float, in_two_parts,
+    };
     use crate::exact::test_numbers::random;
+    use crate::exact::{Tier, t_from};
     use crate::{Ray, Ray64, Triangle, TriangleOf};
 
     /// Tests rays that lie in an axis-aligned wall or are parallel to one, including cases in which
@@ -239,5 +318,55 @@ mod tests {
             hits += u32::from(said.is_some());
         }
         assert!(decided > 4900 && hits > 1000 && hits < 4000, "{decided} decided, {hits} hits");
+    }
+
+    #[test]
+    fn f32_bounds_are_tight() {
+        for t in [0.0, 1.0, 0.1, 1e-300, 1e300, -0.3, f64::from(f32::MAX) * (1.0 + 1e-9)] {
+            let (lo, hi) = f32_bounds(t);
+            assert!(f64::from(lo) <= t && t <= f64::from(hi), "{lo} {t} {hi}");
+            assert!(lo == hi || lo.next_up() == hi);
+        }
+    }
+
+    /// Returns how far t is from the middle of its bounds, as a fraction of half their width.
+    /// Returns `None` if the ray misses or a bound is not finite.
+    fn used(ray: &Ray, triangle: &Triangle) -> Option<f64> {
+        let InFloat::Hit(_, [lo, hi]) = in_float(Rule::Closed, ray, triangle) else { return None };
+        let t = t_from(Tier::Narrow, ray, triangle);
+        assert!(lo <= t && (t <= hi || hi < 0.0), "{ray:?} {triangle:?}: {lo} {t} {hi}");
+        if let PairDecision::Hit { t_lo, t_hi } = decide_pair(Rule::Closed, ray, triangle) {
+            assert!(f64::from(t_lo) <= t && t <= f64::from(t_hi), "{ray:?} {triangle:?}");
+            assert!(t_hi <= t_lo.next_up().next_up());
+        }
+        (hi > lo && hi.is_finite()).then(|| (t - 0.5 * (lo + hi)).abs() / (0.5 * (hi - lo)))
+    }
+
+    /// Tests random rays, then changes the worst of them step by step to come closer to the bounds.
+    #[test]
+    fn bounds_on_t_contain_t() {
+        let (mut random, mut hits) = (random(), 0);
+        let mut worst = (0.0, [0.0; 15]);
+        for i in 0..400_000 {
+            let numbers = if i % 100_000 < 10_000 {
+                let mut point = || [0; 3].map(|_| random());
+                let [a, b, c, o] = [point(), point(), point(), point()];
+                let [p, q] = [0, 1].map(|_| 0.5 * random() + 0.25);
+                let d = [0, 1, 2].map(|k| a[k] + p * (b[k] - a[k]) + q * (c[k] - a[k]) - o[k]);
+                [a, b, c, o, d]
+            } else {
+                // Move each number by up to a small step of a random size.
+                let step = (-20.0 * (random() + 0.5)).exp2();
+                let [a, b, c, o, d] = *bytemuck::cast_ref::<[f64; 15], [[f64; 3]; 5]>(&worst.1);
+                [a, b, c, o, d].map(|v| v.map(|x| x + step * random()))
+            };
+            let [a, b, c, o, d] = numbers.map(|v| v.map(|x| x as f32));
+            let Some(used) = used(&Ray::new(o, d), &Triangle([a, b, c])) else { continue };
+            hits += 1;
+            if used > worst.0 {
+                worst = (used, bytemuck::cast(numbers));
+            }
+        }
+        assert!(hits > 100_000 && worst.0 > 0.15, "{hits} hits, {} of the bound", worst.0);
     }
 }

@@ -26,6 +26,12 @@ const VOLUME: f64 = 9.0 * HALF_ULP;
 /// A bound on the error of T - t D, relative to the permanent of T plus t times the permanent of D.
 const RANGE: f64 = 16.0 * HALF_ULP;
 
+/// A bound on the error of D, relative to its permanent.
+const DENOMINATOR: f64 = 10.0 * HALF_ULP;
+
+/// The relative widening of a quotient that covers the rounding of its two ends.
+const WIDER: f64 = 8.0 * HALF_ULP;
+
 /// The decisions made in f64 for each lane. A lane in none of the masks is undecided.
 #[derive(Clone, Copy)]
 pub struct Decided<M> {
@@ -72,9 +78,18 @@ impl<D: Lanes<Scalar = f64>> Sum<D> {
 /// Non-finite input never results in a hit.
 #[inline(always)]
 pub fn decide<D: Lanes<Scalar = f64>>(
-    [c1, c2, c3]: [Vec3<D>; 3],
+    corners: [Vec3<D>; 3],
     rays: &RayLanes<D>,
 ) -> Decided<D::Mask> {
+    decide_with_t(corners, rays).0
+}
+
+/// Like [`decide`], but also returns bounds on t for hits.
+#[inline(always)]
+pub(super) fn decide_with_t<D: Lanes<Scalar = f64>>(
+    [c1, c2, c3]: [Vec3<D>; 3],
+    rays: &RayLanes<D>,
+) -> (Decided<D::Mask>, [D; 2]) {
     let (org, dir) = (rays.org, rays.dir);
     let (a, b) = (c1 - org, c2 - org);
     let (h4, h5, h6) = (c2 - c1, c3 - c1, c3 - c2);
@@ -88,9 +103,10 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     let (over, under) = (u_over | v_over | w_over, u_under | v_under | w_under);
     let miss = over & under;
     let none = D::Mask::from_bits(0);
-    // Few lanes get this far, so T and the interval are computed only if at least one does.
+    // Few lanes get this far, so T and the interval are only computed if at least one does.
     if !(!miss).any() {
-        return Decided { miss, closed: none, inside: none, leaves: none };
+        let decided = Decided { miss, closed: none, inside: none, leaves: none };
+        return (decided, [D::splat(0.0); 2]);
     }
 
     // Is the plane behind the origin, or does it contain the origin?
@@ -118,12 +134,24 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     let within = within | rays.t_max.ge(D::splat(f64::INFINITY));
     let out = (before & !rays.t_min.le(D::splat(0.0))) | after;
     let range = from & within & !out;
-    Decided {
+    let decided = Decided {
         miss: miss | closed & out,
         closed: closed & range,
         inside: inside & range,
         leaves: t_over,
-    }
+    };
+    (decided, quotient_bounds(&num, &den))
+}
+
+/// Returns bounds on `num / den`, both of which must be positive. The upper bound is negative or
+/// infinite if the bound on `den` reaches 0.
+#[inline(always)]
+fn quotient_bounds<D: Lanes<Scalar = f64>>(num: &Sum<D>, den: &Sum<D>) -> [D; 2] {
+    let (num_err, den_err) =
+        (num.permanent * D::splat(VOLUME), den.permanent * D::splat(DENOMINATOR));
+    let lo = (num.value - num_err) / (den.value + den_err);
+    let hi = (num.value + num_err) / (den.value - den_err);
+    [lo * D::splat(1.0 - WIDER), hi * D::splat(1.0 + WIDER)]
 }
 
 /// Returns the signs of T and D, if f64 is certain of both. The bound for T also holds for D =

@@ -49,7 +49,8 @@ pub use area::has_area;
 pub use closest::{
     Closest, Feature, Squares, closer, closer_from, closest, feature, feature_from, squares,
 };
-pub use crossing::{Rule, Side, crossing_from};
+pub(crate) use crossing::f32_bounds;
+pub use crossing::{PairDecision, Rule, Side, crossing_from, decide_pair};
 pub use facing::facing;
 pub use float::{Decided, decide};
 pub use hit_coefficients::HitCoefficients;

@@ -5,6 +5,7 @@
 use core::cmp::Ordering;
 
 use super::lane_pairs::LanePairs;
+use crate::exact::{PairDecision, f32_bounds};
 use crate::filter::Verdicts;
 use crate::simd::{Lanes, Mask, lanes_of};
 use crate::{LeafSlot, TriangleId};
@@ -81,7 +82,7 @@ impl ClosestHit {
         pairs: &impl LanePairs,
     ) {
         let (triangle, slot) = new;
-        let (t_lo, t_hi) = enclose(t);
+        let (t_lo, t_hi) = f32_bounds(t);
         // Before the first hit, there is nothing to compare with: the far end has already been
         // checked.
         let closer = !self.is_hit()
@@ -102,29 +103,47 @@ impl ClosestHit {
         lane: usize,
         pairs: &impl LanePairs,
     ) {
-        let (triangle, slot) = new;
         if t_hi < self.t_lo {
-            // The new hit is certainly in front of the old hit. Its t is NaN until another hit
-            // comes close and the exact value is needed.
-            *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
+            // The new hit is certainly in front of the old hit.
+            self.replace((t_lo, t_hi), new);
         } else if t_lo <= self.t_hi {
-            // Coplanar walls are common, and their order can be determined without arithmetic.
-            if self.is_hit()
-                && let Some(order) = pairs.order_across_axis(lane, self.slot)
-            {
-                if order.then(triangle.cmp(&self.triangle)).is_lt() {
-                    // The new hit's t is at most the t of the closest hit so far.
-                    let t_hi = if t_hi < self.t_hi { t_hi } else { self.t_hi };
-                    *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
-                }
-                return;
+            if self.is_hit() {
+                // Coplanar walls are common, and their order can be determined without arithmetic.
+                let order = pairs.order_across_axis(lane, self.slot);
+                self.offer_rival((t_lo, t_hi), order, new, lane, pairs);
+            } else {
+                // The interval overlaps the far end of the ray, so the resolver must also check the
+                // far end.
+                self.offer_undecided(new, lane, pairs);
             }
-            // If there is no hit yet, the interval overlaps the far end of the ray, so the resolver
-            // must also check the far end.
-            let t = if self.is_hit() { Some(pairs.t(lane)) } else { pairs.hit(lane) };
-            if let Some(t) = t {
-                self.offer_known(t, new, lane, pairs);
-            }
+        }
+    }
+
+    /// Stores a hit that is in front of the closest hit so far. Its t is NaN until another hit
+    /// comes close and the exact value is needed.
+    #[inline(always)]
+    fn replace(&mut self, (t_lo, t_hi): (f32, f32), (triangle, slot): (TriangleId, LeafSlot)) {
+        *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
+    }
+
+    /// Offers a lane's hit whose interval of t overlaps that of the closest hit so far. `order` is
+    /// the order of the two hits, if it is known.
+    #[inline(always)]
+    fn offer_rival(
+        &mut self,
+        (t_lo, t_hi): (f32, f32),
+        order: Option<Ordering>,
+        new: (TriangleId, LeafSlot),
+        lane: usize,
+        pairs: &impl LanePairs,
+    ) {
+        let Some(order) = order else {
+            return self.offer_known(pairs.t(lane), new, lane, pairs);
+        };
+        if order.then(new.0.cmp(&self.triangle)).is_lt() {
+            // The new hit's t is at most the t of the closest hit so far.
+            let t_hi = if t_hi < self.t_hi { t_hi } else { self.t_hi };
+            self.replace((t_lo, t_hi), new);
         }
     }
 
@@ -136,6 +155,25 @@ impl ClosestHit {
         lane: usize,
         pairs: &impl LanePairs,
     ) {
+        // Most of these rays pass just beside an edge, which f64 can decide. The exact t is not
+        // needed then, unless another hit is about as far away.
+        match pairs.decide(lane) {
+            PairDecision::Miss => {}
+            PairDecision::Hit { t_lo, t_hi } => {
+                if !self.is_hit() || t_hi < self.t_lo {
+                    self.replace((t_lo, t_hi), new);
+                } else if t_lo <= self.t_hi {
+                    let order = pairs.known_order(lane, self.slot);
+                    self.offer_rival((t_lo, t_hi), order, new, lane, pairs);
+                }
+            }
+            PairDecision::Undecided => self.offer_doubtful(new, lane, pairs),
+        }
+    }
+
+    /// Offers a lane's pair that only the resolver's last stage can decide.
+    #[inline(always)]
+    fn offer_doubtful(&mut self, new: (TriangleId, LeafSlot), lane: usize, pairs: &impl LanePairs) {
         let (triangle, slot) = new;
         let order = if self.is_hit() { pairs.known_order(lane, self.slot) } else { None };
         match order {
@@ -296,21 +334,12 @@ fn least(of: &[f32; 8]) -> f32 {
     less(less(less(a, e), less(b, f)), less(less(c, g), less(d, h)))
 }
 
-/// Returns the f32 values nearest to t on either side, or the same value twice if t is an f32.
-#[inline(always)]
-fn enclose(t: f64) -> (f32, f32) {
-    let near = t as f32;
-    let (near64, t_lo, t_hi) = (f64::from(near), near.next_down(), near.next_up());
-    // `near` is the f32 nearest to t. If it is above t, its lower neighbour is below t, and vice
-    // versa.
-    (if near64 > t { t_lo } else { near }, if near64 < t { t_hi } else { near })
-}
-
 #[cfg(test)]
 mod tests {
     use core::cmp::Ordering;
 
-    use super::{ClosestHit, LanePairs, enclose};
+    use super::{ClosestHit, LanePairs};
+    use crate::exact::PairDecision;
     use crate::resolve::Resolver;
     use crate::{LeafSlot, Ray, RayId, Triangle, TriangleId};
 
@@ -337,6 +366,9 @@ mod tests {
         fn find(&self, _: LeafSlot) -> Triangle {
             Triangle([[0.0; 3]; 3])
         }
+        fn decide(&self, _: usize) -> PairDecision {
+            PairDecision::Undecided
+        }
         fn hit(&self, lane: usize) -> Option<f64> {
             Some(self.1[lane]).filter(|&t| t < f64::from(self.0))
         }
@@ -354,15 +386,6 @@ mod tests {
         }
         fn known_order(&self, _: usize, _: LeafSlot) -> Option<Ordering> {
             None
-        }
-    }
-
-    #[test]
-    fn an_enclosure_is_tight() {
-        for t in [0.0, 1.0, 0.1, 1e-300, 1e300, -0.3, f64::from(f32::MAX) * (1.0 + 1e-9)] {
-            let (lo, hi) = enclose(t);
-            assert!(f64::from(lo) <= t && t <= f64::from(hi), "{lo} {t} {hi}");
-            assert!(lo == hi || lo.next_up() == hi);
         }
     }
 

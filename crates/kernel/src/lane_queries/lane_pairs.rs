@@ -2,6 +2,7 @@
 
 use core::cmp::Ordering;
 
+use crate::exact::PairDecision;
 use crate::packet::{RayPacket, TriangleBlock};
 use crate::resolve::Resolver;
 use crate::{LeafSlot, Ray, RayId, Triangle};
@@ -19,6 +20,12 @@ pub(crate) trait LanePairs {
     fn ids(&self, lane: usize) -> (RayId, LeafSlot);
     /// Returns the triangle in a slot.
     fn find(&self, slot: LeafSlot) -> Triangle;
+
+    /// Decides a lane's pair in f64, if that suffices.
+    #[inline(always)]
+    fn decide(&self, lane: usize) -> PairDecision {
+        self.resolver().decide(&self.ray(lane), &self.triangle(lane), self.ids(lane))
+    }
 
     /// Returns the t of a lane's pair if it is a hit.
     #[inline(always)]

@@ -20,7 +20,7 @@ pub use shared_origin::SharedOrigin;
 
 use core::cmp::Ordering;
 
-use crate::exact::{Rule, Side};
+use crate::exact::{PairDecision, Rule, Side};
 use crate::hit_attributes::Pairs;
 use crate::simd::Simd;
 use crate::{Hit, Hit32, LeafSlot, Ray, RayId, Triangle, TriangleId, document};
@@ -64,6 +64,24 @@ impl<'a> Resolver<'a> {
     pub fn prefetch(self, (id, slot): (RayId, LeafSlot)) {
         if let Self::Originals(originals) = self {
             originals.prefetch(id, slot);
+        }
+    }
+
+    /// Decides a pair in f64, if an error bound suffices. This is much faster than
+    /// [`Resolver::hit`], which computes t exactly. The document's resolver leaves this to `hit`,
+    /// which is fast.
+    #[cold]
+    #[inline(never)]
+    pub fn decide(
+        self,
+        ray: &Ray,
+        triangle: &Triangle,
+        (id, slot): (RayId, LeafSlot),
+    ) -> PairDecision {
+        match self {
+            Self::Document(_) => PairDecision::Undecided,
+            Self::Exact(rule) => crate::exact::decide_pair(rule, ray, triangle),
+            Self::Originals(originals) => originals.decide(id, slot),
         }
     }
 

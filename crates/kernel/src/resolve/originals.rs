@@ -4,7 +4,7 @@ use core::cmp::Ordering;
 use core::fmt;
 use core::ops::Range;
 
-use crate::exact::{SeenPlane, Side};
+use crate::exact::{PairDecision, SeenPlane, Side};
 use crate::{Hit, Hit32, LeafSlot, Ray64, RayId};
 
 /// The f64 rays and triangles whose f32 copies the traversal tests. A pair is identified by the
@@ -13,6 +13,10 @@ use crate::{Hit, Hit32, LeafSlot, Ray64, RayId};
 /// In units of the traversal, t is measured along the copied ray: it is the original t times `2^n`,
 /// where n depends on the ray.
 pub trait Originals: fmt::Debug + Sync {
+    /// Decides a pair in f64, if an error bound suffices. The bounds on t are in units of the
+    /// traversal.
+    fn decide(&self, ray: RayId, slot: LeafSlot) -> PairDecision;
+
     /// Returns the t of the hit in units of the traversal, correctly rounded, if the ray hits the
     /// triangle within its interval.
     fn hit(&self, ray: RayId, slot: LeafSlot) -> Option<f64>;

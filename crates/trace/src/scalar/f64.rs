@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::slice::from_ref;
 
 use bytemuck::Zeroable;
-use intertri::internal::exact::{self, HitCoefficients, SeenPlane, Side};
+use intertri::internal::exact::{self, HitCoefficients, PairDecision, SeenPlane, Side};
 use intertri::internal::{LocalFrame, Originals, Room, prefetch};
 use intertri::simd::{Level, Simd, Vec3, WithSimd};
 use intertri::{
@@ -351,6 +351,17 @@ impl<'a> CopiedRays<'a> {
 }
 
 impl Originals for CopiedRays<'_> {
+    fn decide(&self, ray: RayId, slot: LeafSlot) -> PairDecision {
+        let (ray, triangle) = self.pair(ray, slot);
+        match exact::decide_pair(self.rule, ray, triangle) {
+            // The copy's t is scaled, so the bounds do not apply. This is rare.
+            PairDecision::Hit { .. } if self.originals.frame.exponent(ray) != 0 => {
+                PairDecision::Undecided
+            }
+            decision => decision,
+        }
+    }
+
     fn hit(&self, ray: RayId, slot: LeafSlot) -> Option<f64> {
         let (original, triangle) = self.pair(ray, slot);
         // The signs are decided on the original coordinates; t is computed only for hits.

@@ -4,6 +4,7 @@ use super::frame::{Points, at};
 use super::outline::Outline;
 use super::settle::Settle;
 use super::starts::Ranges;
+use crate::exact::PairDecision;
 use crate::filter::Counts;
 use crate::simd::{Lanes, Mask, lanes_of};
 use crate::{LeafSlot, Triangle};
@@ -165,7 +166,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         // settles it as well.
         let mut hits = found.hit & found.s_lo.gt(self.s_hi).bits();
         for lane in lanes_of((found.hit & !hits) | found.undecided) {
-            hits |= u32::from(settle.hit(slot, first + lane).is_some()) << lane;
+            hits |= u32::from(settle.meets(slot, first + lane)) << lane;
         }
         hits
     }
@@ -270,36 +271,47 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
             let is_hit = self.hits >> lane & 1 != 0;
             let sure = found.hit >> lane & 1 != 0;
             let other = is_hit.then(|| seen[numbers[lane].to_bits() as usize]);
-            // If the undecided triangle is behind the nearest hit so far, it does not matter
-            // whether it is hit. If both have the same t, for example at a shared edge, the lower
-            // index wins.
-            if let Some(other) = other
-                && !sure
-                && let Some(order) = settle.known_order(ray, slot, other)
-                && order.is_ge()
-            {
-                let is_lower = (settle.index)(slot) < (settle.index)(other);
-                if order.is_eq() && is_lower && settle.hit(slot, ray).is_some() {
-                    numbers[lane] = bits;
-                }
-                continue;
-            }
-            // A certain hit does not need t: only the order of the two hits matters.
-            let t = if sure && is_hit { None } else { settle.hit(slot, ray) };
-            if t.is_none() && !(sure && is_hit) {
-                continue;
-            }
-            if let Some(other) = other
-                && !settle.is_before(ray, slot, other, &mut kept)
-            {
-                continue;
-            }
-            // If the resolver returned t, convert it to bounds on the inverse depth.
+
+            // Find bounds on the inverse depth. Most undecided rays pass just beside an edge, which
+            // f64 can decide.
             let one = Points { x: 0.0, y: 0.0, z: z[lane] };
-            (lo[lane], hi[lane]) = match t {
-                Some(t) if !sure => one.inverse(t as f32),
-                _ => (new_lo[lane], new_hi[lane]),
-            };
+            let mut bounds = (new_lo[lane], new_hi[lane]);
+            if !(sure && is_hit) {
+                match settle.decide(slot, ray) {
+                    PairDecision::Miss => continue,
+                    PairDecision::Hit { .. } if sure => {}
+                    PairDecision::Hit { t_lo, t_hi } => {
+                        bounds = (one.inverse(t_hi).0, one.inverse(t_lo).1);
+                    }
+                    PairDecision::Undecided => {
+                        // If the triangle is behind the nearest hit so far, it does not matter
+                        // whether it is hit. If both have the same t, for example at a shared edge,
+                        // the lower index wins.
+                        if let Some(other) = other
+                            && let Some(order) = settle.known_order(ray, slot, other)
+                            && order.is_ge()
+                        {
+                            let is_lower = (settle.index)(slot) < (settle.index)(other);
+                            if order.is_eq() && is_lower && settle.meets(slot, ray) {
+                                numbers[lane] = bits;
+                            }
+                            continue;
+                        }
+                        let Some(t) = settle.hit(slot, ray) else { continue };
+                        bounds = if sure { bounds } else { one.inverse(t as f32) };
+                    }
+                }
+            }
+
+            // The larger the inverse depth, the nearer the hit. If the bounds overlap, the exact
+            // order decides.
+            if let Some(other) = other
+                && bounds.0 <= hi[lane]
+                && (bounds.1 < lo[lane] || !settle.is_before(ray, slot, other, &mut kept))
+            {
+                continue;
+            }
+            (lo[lane], hi[lane]) = bounds;
             numbers[lane] = bits;
             self.hits |= 1 << lane;
         }

@@ -2,6 +2,7 @@
 
 use core::cmp::Ordering;
 
+use crate::exact::PairDecision;
 use crate::resolve::{Resolver, SharedOrigin};
 use crate::{LeafSlot, Ray, RayId, Triangle};
 
@@ -38,6 +39,22 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
     #[inline(always)]
     fn id(&self, ray: usize) -> RayId {
         RayId(self.first.0 + ray as u32)
+    }
+
+    /// Decides a pair in f64, if that suffices.
+    #[inline(always)]
+    pub(super) fn decide(&self, slot: LeafSlot, ray: usize) -> PairDecision {
+        let ids = (self.id(ray), slot);
+        match self.resolver.decide(&self.rays[ray], &(self.find)(slot), ids) {
+            PairDecision::Hit { .. } if self.reversed => PairDecision::Hit { t_lo: 0.0, t_hi: 0.0 },
+            decision => decision,
+        }
+    }
+
+    /// Returns whether a ray hits the triangle within its interval.
+    #[inline(always)]
+    pub(super) fn meets(&self, slot: LeafSlot, ray: usize) -> bool {
+        self.resolver.meets(&self.rays[ray], &(self.find)(slot), (self.id(ray), slot))
     }
 
     /// Returns the t of a ray if it hits the triangle within its interval.
