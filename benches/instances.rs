@@ -1,5 +1,5 @@
 //! Benchmarks a field of globes, which are instances of one mesh, on a single thread. Measures
-//! primary, shadow and diffuse rays in the scene of instances and, if it fits in memory, in the
+//! primary, shadow and diffuse rays in the scene of instances and, for the smaller field, in the
 //! flattened scene. Also measures commits after all instances have moved.
 //!
 //! ```sh

@@ -108,7 +108,7 @@ pub struct Contender<'a> {
 /// for each turn, and the table shows the median with the tenth and ninetieth percentiles.
 ///
 /// # Panics
-/// Panics if an answer is wrong.
+/// Panics if the answer of an exact contender differs from that of the first contender.
 pub fn compare(title: &str, tests: usize, turns: usize, contenders: &mut [Contender<'_>]) {
     let truth = (contenders[0].run)();
     let mut times = vec![vec![]; contenders.len()];

@@ -1,9 +1,9 @@
 //! Compares scalar code with SIMD lanes, for packets of rays against single triangles and for
 //! single rays against blocks of triangles.
 //!
-//! `cargo bench -p intertri-benches --bench packets` compares every answer with the scalar
-//! reference's. For each kind of query, the contenders take turns and are listed in a table; then
-//! criterion measures each contender alone.
+//! `cargo bench -p intertri-benches --bench packets` compares the answers of the packet and block
+//! queries in `certified` with the scalar reference's. For each kind of query, the contenders take
+//! turns and are listed in a table; then criterion measures each contender alone.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use intertri::simd::{Lane, Level, Simd, Width, WithSimd};

@@ -69,7 +69,8 @@ impl Pairs<'_> {
         Ok(())
     }
 
-    /// Tests packets of N rays against each triangle.
+    /// Tests packets of N rays against each triangle. If all rays share an origin, also tests them
+    /// against the [`SeenTriangle`]s from that origin.
     #[inline(always)]
     fn packets<S: Simd, const FILTER: bool, const N: usize>(&self) -> Result<(), String>
     where

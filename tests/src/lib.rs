@@ -93,7 +93,7 @@ where
         for level in Level::all() {
             let filter = mode.at(level).filter();
             let forms = level.run(PacketClosest { filter, packet: &packet, triangles });
-            for (form, found) in ["packet", "ray by ray"].into_iter().zip(forms) {
+            for (form, found) in ["packet", "all at once", "ray by ray"].into_iter().zip(forms) {
                 for ((ray, want), found) in rays.iter().zip(&wanted).zip(found) {
                     if bits(found) != bits(*want) {
                         let level = level.name();

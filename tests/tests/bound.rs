@@ -356,7 +356,7 @@ fn start(rng: &mut Rng) -> [f32; 15] {
 }
 
 /// The results of earlier searches. Each entry contains the index of the column, the name of the
-/// constant that the case proves necessary, and the fifteen numbers of the case.
+/// constant that the case proves necessary, if any, and the fifteen numbers of the case.
 #[rustfmt::skip]
 #[expect(clippy::unreadable_literal, reason = "the literals are data")]
 const FOUND: [(usize, &str, [f32; 15]); 11] = [
@@ -417,7 +417,8 @@ const FOUND: [(usize, &str, [f32; 15]); 11] = [
     ]),
 ];
 
-/// Tests that every constant is needed: if it were halved, some case would exceed the bound.
+/// Tests that the constants named in [`FOUND`] are needed: if one of them were halved, a case would
+/// exceed its bound.
 #[test]
 fn half_of_a_constant_would_not_do() {
     print_names();

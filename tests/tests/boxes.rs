@@ -163,8 +163,8 @@ fn bundles_in_wide_scenes() {
     assert!(hits > 1000, "{hits}");
 }
 
-/// Tests needles of varying thinness, with rays traced in packets and one by one. In f64, the
-/// normals of the thinnest needles are lost to rounding.
+/// Tests needles of varying thinness, with rays from a common origin and from random origins. In
+/// f64, the normals of the thinnest needles are lost to rounding.
 #[test]
 fn needles_have_boxes() {
     let levels: Vec<Level> = Level::all().collect();

@@ -12,17 +12,18 @@ pub const INK: &str = "#222222";
 pub const GREY: &str = "#666666";
 pub const FAINT: &str = "#dddddd";
 
-/// A group in a chart: a prefix for engine names, a label, and a colour. Only the fastest engine
-/// whose name has that prefix is drawn. The colours are from Okabe and Ito's colour-blind-safe
-/// palette.
+/// A group in a chart: a prefix for engine names, a label, and a colour. Only the fastest engine in
+/// each group is drawn; [`fastest`] decides which names belong to a group. The colours are from
+/// Okabe and Ito's colour-blind-safe palette.
 pub type Group = (&'static str, &'static str, &'static str);
 
-/// The groups that the charts show: our modes, and the other tracers.
+/// The groups for our modes.
 const GROUPS: [Group; 3] = [
     ("certified", "certified", "#D55E00"),
     ("exact", "exact", "#E69F00"),
     ("fixed", "fixed", "#F0E442"),
 ];
+/// The groups for the other tracers.
 pub const OTHERS: [Group; 6] = [
     ("embree-fast", "Embree, fast", "#0072B2"),
     ("embree-robust", "Embree, robust", "#56B4E9"),
@@ -54,7 +55,7 @@ pub fn fastest<'a>(rows: &[&'a Row], group: &str) -> Option<&'a Row> {
     let of = |row: &&&Row| match row.engine.strip_prefix(group) {
         // The same library in a different precision counts as a different tracer.
         Some(rest) if rest.ends_with("-f64") || rest == "-inexact" => false,
-        // Our single-ray calls and lower instruction levels are separate contenders.
+        // Variants of our modes, such as single-ray calls, are separate contenders.
         Some(rest) => !matches!(group, "certified" | "exact") || rest.is_empty(),
         // Rows of the high-quality build also count as the fast mode.
         None => group == "embree-fast" && row.engine.starts_with("embree-high"),

@@ -1,7 +1,7 @@
 //! Measures the core's current clock rate with chains of additions that take one cycle each.
 //!
-//! Several chains run side by side, because a core that runs a second thread is slower at the same
-//! clock rate.
+//! Several chains run side by side, so that the measured rate also drops if a second thread shares
+//! the core.
 
 use std::hint::black_box;
 use std::time::Instant;

@@ -1,4 +1,4 @@
-//! Measures signed distances of a million points near a mesh, with intertri and parry3d.
+//! Measures how fast intertri and parry3d compute the signed distances of points near a mesh.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;

@@ -1,5 +1,5 @@
-//! Draws the chart of speed and wrong answers over whole scenes, with a column per kind of ray and
-//! a row per tracer.
+//! Draws the chart of speed and wrong answers on whole scenes, with a column per kind of ray and a
+//! row per tracer.
 
 use intertri_lab::draw::{Anchor, Font, Svg};
 
@@ -7,8 +7,8 @@ use crate::chart::{FAINT, GREY, INK, distinct, fastest, none_or, titled};
 use crate::measure::Row;
 use crate::report::grouped;
 
-/// The tracers, each with a prefix of engine names and a label. Only the fastest engine with that
-/// prefix counts.
+/// The tracers, each with a group of engines and a label. Only the fastest engine of a group
+/// counts; `chart::fastest` defines which engines belong to it.
 const TRACERS: [(&str, &str); 13] = [
     ("exact", "intertri exact, batches"),
     ("exact-query", "intertri, ray by ray"),
@@ -116,7 +116,8 @@ pub fn figures(rows: &[Row], (kind, order): (&str, &str)) -> Vec<Figures> {
     let rows: Vec<&Row> =
         rows.iter().filter(|row| row.kind == kind && row.order == order).collect();
     let scenes = distinct(rows.iter().copied(), |row| row.scene.as_str());
-    // Adjacent triangles share the point that these rays aim at, so either triangle is right.
+    // These rays often hit a point that several triangles share, and then each of these triangles
+    // is right.
     let shared = matches!(kind, "edges" | "vertices" | "walls");
     let of = |(group, name): (&str, &'static str)| {
         let (mut logs, mut wrong, mut rays) = (Vec::new(), 0, 0);
@@ -161,7 +162,7 @@ pub fn chart(rows: &[Row], caption: &str) -> Svg {
     let across = columns.len().min(ACROSS);
     let block = HEADING + CELL[1] * TRACERS.len() as f64 + 12.0;
     let down = columns.len().div_ceil(ACROSS).max(1) as f64;
-    let title = "Speed and wrong answers of whole scenes: longer is faster, blue is never wrong";
+    let title = "Speed and wrong answers on whole scenes: longer is faster, blue is never wrong";
     let size = [36.0 + LABELS + CELL[0] * across as f64, TOP + block * down + 14.0];
     let mut svg = titled(size, title, caption);
     legend(&mut svg);
@@ -188,7 +189,7 @@ fn legend(svg: &mut Svg) {
         svg.text([x + 17.0, 72.0], label, Font::new(11.0, Anchor::Start));
         x += 32.0 + 6.4 * label.len() as f64;
     }
-    let front = "★ no other tracer is both faster and more often right";
+    let front = "★ no other tracer is at least as good in both and better in one";
     svg.text([x + 4.0, 72.0], front, Font::new(11.0, Anchor::Start));
 }
 

@@ -237,8 +237,8 @@ fn rays_of_all(mut options: Options) -> Result<(), String> {
             let (held, wrong) = reference::differences(&scene.mesh, &rays, question, &truth, some);
 
             let seconds = options.seconds;
-            // `certified` promises the answers of document A, and all other modes promise the
-            // geometrically true ones.
+            // `certified` promises the answers of document A. All other engines are compared with
+            // the geometrically true answers.
             let truth = |name: &str| {
                 let answers = if name.starts_with("certified") { &truth } else { &exact };
                 Truth::new(name, answers, &triangles, &rays)

@@ -127,8 +127,8 @@ pub fn primary(camera: &Camera, size: u32, order: Order) -> Vec<Ray> {
     (0..size * size).map(ray).collect()
 }
 
-/// Returns the rays of [`rays()`] before their directions are rounded to f32. Rays aimed at edges
-/// and vertices then pass closer to their targets.
+/// Returns the rays of [`rays()`] before they are rounded to f32 and shuffled. Unrounded rays aimed
+/// at edges and vertices pass closer to their targets.
 pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Vec<Ray64> {
     let primary = primary(&scene.camera, size, order);
     match kind {
@@ -229,8 +229,8 @@ fn parallel(scene: &Scene, size: u32) -> impl Fn((u32, u32)) -> Ray64 {
     }
 }
 
-/// Returns the rays from a scanner with 64 beams, one above the other, and 1024 steps per turn.
-/// During a turn, the scanner moves by a hundredth of the scene's size.
+/// Returns a function that creates each ray of a scanner with 64 beams, one above the other, and
+/// 1024 steps per turn. During a turn, the scanner moves by a hundredth of the scene's size.
 fn lidar(scene: &Scene) -> impl Fn(u32) -> Ray64 {
     let (start, extent) = (scene.camera.ray(0, 0, 1, 1).origin, extent(scene));
     move |i| {

@@ -6,8 +6,9 @@ use rayon::prelude::*;
 
 use crate::engine::{Answer, Question};
 
-/// Compares about `some` evenly spaced answers with those of the reference. Returns how many were
-/// compared, and how many of them differ in hit or miss, in the triangle index, or in any bit of t.
+/// Compares at most `some` evenly spaced answers with those of the reference. Returns how many were
+/// compared, and how many of them differ: in hit or miss and, for closest hits, in the triangle
+/// index or in t.
 pub fn differences(
     mesh: &Mesh,
     rays: &[Ray],

@@ -152,7 +152,8 @@ fn boxes(n: u32) -> Mesh {
 }
 
 /// Returns a bumpy sphere. Each face of an octahedron is divided into `n * n` triangles, so the
-/// sphere has `8 * n * n` triangles. Adjacent faces compute the same bits along their common edge.
+/// sphere has `8 * n * n` triangles. Along a common edge, the points of both faces have the same
+/// bits.
 fn displaced_sphere(n: u32) -> Mesh {
     let row = |i: u32| i * (i + 1) / 2;
     let mut mesh = Mesh::default();
@@ -207,7 +208,7 @@ fn terrain() -> Result<Scene, String> {
     Ok(Scene { mesh, camera, light: Light::Point { position: [-3.0, 2.5, 1.0] }, texture: None })
 }
 
-/// Returns noise with several octaves, roughly from -1 to 1. It is computed with only `+ - *`, so
+/// Returns noise with several octaves, roughly from -1 to 1. It is computed with only `+ - * /`, so
 /// it has the same bits on every machine.
 fn mountains(p: [f64; 3], octaves: u32) -> f64 {
     let octave = |k: u32| {

@@ -38,7 +38,7 @@ fn share(x: f64) -> String {
     format!("{} %", 100.0 * x)
 }
 
-/// Formats a ratio of times, with two or three digits.
+/// Formats a ratio of times, with at least two digits.
 fn factor(x: f64) -> String {
     if x < 10.0 { format!("{x:.1}") } else { format!("{x:.0}") }
 }

@@ -175,7 +175,7 @@ fn unsaved_is_one_line(scalar: &str) {
         _ => Bvh::<f32>::new(&[Triangle([[f32::NAN; 3]; 3])]).unwrap().to_bytes(),
     };
     place.put("nothing.itri", &nothing);
-    // A triangle without area is stored, even though no ray hits it.
+    // A triangle with zero area is stored, even though no ray hits it.
     place.put("flat.obj", "v 0 0 0\nv 1 0 0\nf 1 2 1\n");
     place.ok(&format!("build flat.obj -o flat.itri --scalar {scalar}"));
     place.ok("render flat.itri -o flat.png --size 8x8");

@@ -36,7 +36,7 @@ fn a_run_that_is_told_to_end_leaves_nothing() {
         }
         signal(name, child.id());
         let output = child.wait_with_output().unwrap();
-        // The sender sees that the signal ended the program.
+        // The parent process sees that the signal ended the program.
         assert_eq!(output.status.signal(), Some(number), "{output:?}");
         assert_eq!(place.names(), ["m.obj", "out.csv", "rays.csv"]);
         assert_eq!(place.read("out.csv"), b"old");
@@ -280,7 +280,7 @@ fn a_run_that_reaches_a_limit_leaves_nothing() {
         let mut command = place.command("trace m.obj --rays - -o out.csv");
         let mut child = command.stdin(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let partial = format!(".out.csv.{}.partial", child.id());
-        // Keep the input open, because the program could end before it receives the signal.
+        // Keep the input open. Otherwise, the program could end before it receives the signal.
         let mut input = child.stdin.take().unwrap();
         input.write_all(b"ox,oy,oz,dx,dy,dz\n").unwrap();
         while !place.path(&partial).exists() {

@@ -37,8 +37,7 @@ impl<D: Lanes<Scalar = f64>> Tri<D> {
     pub(crate) fn new([c1, c2, c3]: [Vec3<D>; 3]) -> Self {
         let (h4, h5, h6) = (c2 - c1, c3 - c1, c3 - c2);
 
-        // A triangle without area keeps the zero vector as its normal, so every ray counts as
-        // parallel.
+        // A triangle with zero area keeps the zero vector as its normal, so no ray hits it.
         let normal = h4.cross(h5);
         let length = normal.dot(normal).sqrt();
         let length = D::select(length.le(D::splat(0.0)), D::splat(1.0), length);
@@ -46,7 +45,7 @@ impl<D: Lanes<Scalar = f64>> Tri<D> {
         Self { c1, c2, nrm, h4, h5, h6 }
     }
 
-    /// Returns `nrm & dir` and the `t` of the plane.
+    /// Returns the dot product of `nrm` and `dir`, and the `t` of the plane.
     #[inline(always)]
     fn plane(&self, org: Vec3<D>, dir: Vec3<D>) -> (D, D) {
         let vd = self.nrm.dot(dir);

@@ -4,8 +4,9 @@
 use core::fmt;
 
 /// The `Threshold` of document A, which defines the `InterTri` test (`docs/documents.md`). A ray
-/// counts as parallel to a triangle if `|nrm & dir|` is below the threshold, and a hit counts only
-/// if its t is above the threshold.
+/// counts as parallel to a triangle if the magnitude of the dot product of its direction and the
+/// triangle's unit normal is below the threshold. A hit counts only if its t is above the
+/// threshold.
 ///
 /// ```
 /// use intertri::{Mode, Ray, Threshold, Triangle};

@@ -9,10 +9,11 @@ use crate::Scalar;
 ///
 /// The points of the ray are `origin + t * dir`, so `t` is in multiples of `|dir|`; `dir` need not
 /// have unit length. A hit counts if `t_min <= t < t_max` and `t > 0`.
-/// [`Mode::exact`](crate::Mode::exact) compares the true t. The other modes compare t in f64 and
-/// also require it to be above their threshold. The interval excludes `t_max`, so with the default
-/// of infinity, a `t` that overflows is a miss. A ray hits nothing if a component of its origin or
-/// direction is NaN or infinite, or if `t_min` or `t_max` is NaN.
+/// [`Mode::exact`](crate::Mode::exact) and [`Mode::once`](crate::Mode::once) compare the true t.
+/// [`Mode::certified`](crate::Mode::certified) compares t in f64 and also requires it to be above
+/// the mode's threshold. The interval excludes `t_max`, so with the default of infinity, a `t` that
+/// overflows is a miss. A ray hits nothing if a component of its origin or direction is NaN or
+/// infinite, or if `t_min` or `t_max` is NaN.
 ///
 /// The layout matches a file of raw rays: eight little-endian values per ray, in the order of the
 /// fields. [`Ray`] is the f32 type, and [`Ray64`] the f64 type.
@@ -106,7 +107,7 @@ impl<S: Scalar> TriangleOf<S> {
 
     /// Returns the normal `(c2 - c1) × (c3 - c1)`, in f64. Its length is twice the triangle's area,
     /// and it points to the side from which the corners run counter-clockwise. The normal of a
-    /// triangle without area is zero.
+    /// degenerate triangle is zero, apart from rounding errors.
     ///
     /// ```
     /// let t = intertri::Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);

@@ -12,7 +12,7 @@
 //! | [`workloads`] | the inputs: camera rays, secondary rays, rays at edges and vertices, the adversarial mix |
 //! | [`timing`] | how long the methods take, side by side |
 //! | [`accuracy`] | how often the methods are wrong on a workload |
-//! | [`pareto`] | the methods that no other method beats in both speed and accuracy |
+//! | [`pareto`] | the methods that no other method matches or beats in both speed and accuracy |
 //! | [`metrics`] | the methods' results on each family |
 //! | [`stress`] | where the methods begin to fail |
 //! | [`edge_count`] | checks of the kernel's guarantees on a very large number of rays |

@@ -1,4 +1,5 @@
-//! Finds the Pareto front: the methods that no other method beats in both speed and accuracy.
+//! Finds the Pareto front: the methods that no other method matches or beats in both speed and
+//! accuracy.
 
 use crate::accuracy::{ErrorCounts, ON_GRID};
 use crate::timing::Time;

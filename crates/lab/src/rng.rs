@@ -74,7 +74,7 @@ impl Rng {
         }
     }
 
-    /// Returns a number between two bounds whose logarithm is uniformly distributed.
+    /// Returns a number between two bounds whose logarithm is distributed almost uniformly.
     ///
     /// The bounds may be in either order. They must be positive, normal, and finite.
     pub fn log(&mut self, a: f64, b: f64) -> f64 {

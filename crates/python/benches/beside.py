@@ -1,4 +1,4 @@
-"""Compares the speed and answers of intertri, Open3D, and trimesh with and without Embree.
+"""Compares the speed and answers of intertri, Open3D, and trimesh with Embree.
 
     python beside.py FOLDER_OF_MODELS [--rays 1024] [--only bunny] [--seconds 0.6]
 

@@ -58,7 +58,8 @@ def taken():
 
 def by_threads(mesh, where, threads):
     """Returns the seconds that threads take to trace each of the first ten blocks from memory into
-    a reused array. Called before and after the cluster runs, because the machine's speed varies."""
+    a reused array. The script calls it before and after the cluster runs, because the machine's
+    speed varies."""
     rays, out, times = zarr.open_array(where), np.empty(BLOCK, intertri.HIT), []
     for first in range(0, min(rays.shape[0], 10 * BLOCK), BLOCK):
         block = rays[first : first + BLOCK]

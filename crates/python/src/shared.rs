@@ -36,8 +36,8 @@ impl<S: Scalar> Shared<S> {
     }
 
     /// Moves the triangles and returns the estimated slowdown of rays compared with a new tree, as
-    /// a factor. Queries that started earlier continue with the old mesh. If a signal ends the
-    /// refit, the mesh is lost.
+    /// a factor. Queries that started earlier continue with the old mesh. The mesh is lost if a
+    /// signal ends the refit or the refit itself runs out of memory.
     pub(crate) fn refit(
         &self,
         py: Python<'_>,

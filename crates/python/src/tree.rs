@@ -378,7 +378,7 @@ macro_rules! tree {
                 run(py, &workers, |_| grid(mesh.solid(assume_closed)?, axes, out))?
             }
 
-            /// Fills `out` with the nearest points of the mesh.
+            /// Fills `out` with the closest points on the mesh.
             fn closest_point(
                 &self,
                 py: Python<'_>,

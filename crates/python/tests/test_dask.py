@@ -1,5 +1,5 @@
-"""Tests on a local cluster that answers do not depend on the chunks or the number of workers, even
-if a worker is lost."""
+"""Tests that answers do not depend on the chunks or the number of workers, even if a worker is
+lost."""
 
 import os
 import signal

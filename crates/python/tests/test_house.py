@@ -68,8 +68,8 @@ def test_a_forked_process_has_threads_of_its_own(dtype):
 
 @pytest.mark.skipif(not hasattr(os, "sched_getaffinity") or len(os.sched_getaffinity(0)) < 2, reason="one CPU")
 def test_calls_of_one_thread_run_side_by_side(mesh):
-    """Checks that single-threaded queries from two Python threads run in parallel, that is, that
-    their calls overlap."""
+    """Checks that a single-threaded query runs on the Python thread that calls it, so that queries
+    from several threads can run in parallel."""
     rays = np.random.default_rng(1).uniform(-1, 1, (1_000_000, 6)).astype(mesh.dtype)
     spans = []
 
@@ -81,7 +81,7 @@ def test_calls_of_one_thread_run_side_by_side(mesh):
     threads = [threading.Thread(target=ask) for _ in range(2)]
     [thread.start() for thread in threads]
     [thread.join() for thread in threads]
-    # Each query runs on its calling thread, so neither waits for the other's pool.
+    # Each calling thread spends its own CPU time on its query.
     assert min(spans) > 0.02
 
 
@@ -171,7 +171,7 @@ SLOW = {
     "pickles": "GO repeat(lambda: pickle.loads(pickle.dumps(mesh)))",
     "reading": "path = pathlib.Path(tempfile.mkdtemp(), 'a.obj'); path.write_text('v 0 0 0\\nv 1 0 0\\nv 0 1 0\\n' + "
                "'f 1 2 3\\n' * 8_000_000); GO intertri.Mesh.read(path, threads=THREADS)",
-    # Each of these points is equally near to every face.
+    # Each of these points is about equally near to every face.
     "few points": "mesh.closest_point(np.float32(rng.normal(size=(444, 3)) * 1e-7), threads=THREADS)",
     "points": "mesh.closest_point(np.float32(rng.normal(size=(9999, 3)) * 1e-7), threads=THREADS)",
 }

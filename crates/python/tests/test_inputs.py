@@ -151,7 +151,8 @@ def test_what_is_wrong_with_a_mesh_is_told():
 def test_defects_are_listed(dtype):
     """Expects each edge as a pair of vertices in the direction of its first face, and each repeated
     face with its earlier copy."""
-    # The slanted face is missing, the second face is flipped, and the first appears three times.
+    # The slanted face is missing, the second face is flipped, and the first face appears twice
+    # more, once flipped.
     faces = [[0, 2, 1], [1, 0, 3], [0, 3, 2], [2, 1, 0], [0, 1, 2]]
     mesh = intertri.Mesh(np.array(VERTICES, dtype)[:4], faces)
     defects, report = mesh.defects(), mesh.inspect()

@@ -147,7 +147,7 @@ def test_inside_is_where_the_scene_winds_around_or_odd():
     points = np.float32([[2.5, 0.1, 0.2], [2.5, 0.1, 0.7]])
     scene = RaycastingScene()
     for _ in range(2):
-        # In the second round, two copies of the cube overlap.
+        # In the second round, two copies of the cube coincide.
         scene.add_triangles(vertices, faces)
         assert scene.compute_occupancy(points).tolist() == [1, 0]
     faces[::2] = faces[::2, ::-1]

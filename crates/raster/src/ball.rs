@@ -7,10 +7,13 @@
 //! ```text
 //!   eye o---___ m                        The line of sight moves by m = r pixels, which is m / q at
 //!       ^      ---___                    the view depth 1/q. On the plane, the point moves farther
-//!       |            ---(--P--)---       the more edge-on the plane is: up to (1 + |d| / cos) m / q,
-//!      1/q at P         plane            with d and cos of the most edge-on line in reach. Rounding
-//!                                        the shadow ray adds 2^-24 of the ray's length.
+//!       |            ---(--P--)---       the more edge-on the plane is: at most by the factor
+//!      1/q at P         plane            1 + (|d| + m) / (|d| cos - m). Rounding the shadow ray
+//!                                        adds 2^-24 of the ray's length.
 //! ```
+//!
+//! Here d is the direction through the pixel's centre, with length 1 along the view direction, and
+//! cos is the cosine of the angle between d and the plane's normal.
 //!
 //! The surface of a shadow volume consists of flat pieces: near caps, with three finite borders,
 //! and sides, with one finite border and two infinite ones. A piece meets the ball if one of its
@@ -44,8 +47,8 @@ struct Border {
 }
 
 impl<'a> Ball<'a> {
-    /// Returns the ball for a pixel that shows a face of the mesh, or `None` if the face may be
-    /// edge-on to the eye, in which case the ball is unbounded.
+    /// Returns the ball for a pixel that shows a face of the mesh, or `None` if the point's error
+    /// has no finite bound, for example because the face may be edge-on to the eye.
     pub(crate) fn new(
         view: &View,
         volume: &'a Volume<'a>,
@@ -193,8 +196,9 @@ impl<'a> Ball<'a> {
         }
     }
 
-    /// A fast, conservative f64 test: returns false only if the piece with these corners is outside
-    /// the ball or is not finite. The piece extends to infinity from the corners in `endless`.
+    /// A fast, conservative f64 test of the piece with these corners. The piece extends to infinity
+    /// from the corners in `endless`. Returns false only if the piece is outside the ball or one of
+    /// its corners is not finite.
     fn may_meet(&self, corners: &[u32], endless: &[u32]) -> bool {
         let (middle, half, most) = self.cube;
         let volume = self.volume;

@@ -6,8 +6,8 @@
 //! ```text
 //!          wall             in               The cut is at t = b_in / (b_in - b_out), always
 //!   inside  |  outside        \              counted from the inside end. Two facets at an edge
-//!           |             -----+---- wall    list its ends in opposite order and still compute
-//!                               \            the same bits.
+//!           |             -----+---- wall    list its ends in opposite order, but both get the
+//!                               \            same bits.
 //!                                out
 //! ```
 //!
@@ -83,9 +83,9 @@ fn in_range(boundaries: [f64; 6]) -> bool {
 
 /// Returns the part of an edge that is inside the canonical view volume, or `None` if no part is.
 ///
-/// An end that is inside keeps its bits, a clipped end is on its wall up to rounding, and the edge
-/// from `c` to `a` yields the same two points in reverse. The result is `None` if a coordinate is
-/// NaN, infinite, or so large that a boundary coordinate such as `w + x` exceeds a quarter of the
+/// An end that is inside keeps its bits, a clipped end is exactly on its wall, and the edge from
+/// `c` to `a` yields the same two points in reverse. The result is `None` if a coordinate is NaN,
+/// infinite, or so large that a boundary coordinate such as `w + x` exceeds a quarter of the
 /// largest f64.
 ///
 /// ```

@@ -119,7 +119,7 @@ impl Disc {
         let (t, length) = (exact(t), dot(&self.centre, &self.centre));
         let Linear { value, doubt, .. } = &seen.height;
         let (reach, steep) = (&t * &self.radius, seen.height.steepness());
-        // Compare (value +- reach sqrt(steep) +- doubt) t with (offset -+ doubt) (1 -+ 2^-22)
+        // Compare (value +- radius sqrt(steep) +- doubt) t with (offset -+ doubt) (1 -+ 2^-22)
         // sqrt(length).
         let factor = |sign: i32| Exact::from(1) + exact(f64::from(sign) * 2f64.powi(-22));
         let least = (&seen.doubt - &seen.offset) * factor(-1);

@@ -129,7 +129,7 @@ mod tests {
         );
         assert_eq!(through.at(3.0, 4.0), 0.25);
         assert_eq!(range([-1.0, 2.0]), (0.5, f64::INFINITY));
-        // For any other plane, the limits have no effect: half the view depth means twice the q.
+        // For a plane that is not edge-on, the limits have no effect.
         let slope = FacetPlane::new(
             &view.pixel_directions(),
             [0.0, 1.0, 0.0],

@@ -30,10 +30,10 @@ const MAX_FACETS: usize = i32::MAX as usize;
 ///
 /// - `triangle` of a [`Hit`] is the facet's index in the slice.
 /// - `t` is the distance from the eye, which is the `t` of a ray whose direction has unit length.
-///   It is computed from the facet's plane, and the point is never nearer or farther than the
-///   facet's corners. Only points with `t > threshold` are visible, as with the threshold of rays.
-///   The facet with the smallest `t` owns the pixel. If several have the same `t`, the facet with
-///   the lowest index does.
+///   It is computed from the facet's plane and limited to the range of the corners' view depths.
+///   Only points with `t > threshold` are visible, as with the threshold of rays. The facet with
+///   the smallest `t` owns the pixel. If several have the same `t`, the facet with the lowest index
+///   does.
 /// - `u` and `v` are the weights of the second and third corners: a point in the facet's plane is
 ///   `c1 + u (c2 - c1) + v (c3 - c1)`, even for a facet with more corners.
 ///

@@ -76,8 +76,7 @@ fn same_as_rays(camera: &Camera, soup: &[Triangle], light: Light) -> (usize, usi
     (dark, verdicts.iter().filter(|v| **v != Verdict::Same).count())
 }
 
-/// Returns the lights used by all tests: near, far, at the eye, behind the eye, below the scene,
-/// and directional.
+/// Returns various lights: near, far, at the eye, behind the eye, below the scene, and directional.
 fn lights(camera: &Camera) -> Vec<Light> {
     let mut lights = Vec::new();
     for position in
@@ -325,8 +324,8 @@ fn points_are_welded_and_silhouettes_are_the_documents() {
         let [one, other] = edge.sides else { panic!("the mesh must be closed") };
         assert_ne!(one.forward, other.forward, "the mesh must be wound consistently");
     }
-    // Seen along a diagonal, the outline has six edges that form one closed loop. A front face and
-    // a back face meet at each edge, so each edge counts 2.
+    // Seen from an oblique direction, the outline has six edges that form one closed loop. A front
+    // face and a back face meet at each edge, so each edge counts 2.
     let looks = facing(&adjacency, &directional([1.0, 2.0, 3.0]));
     assert_eq!(
         (looks.iter().filter(|f| **f == 1).count(), looks.iter().filter(|f| **f == -1).count()),

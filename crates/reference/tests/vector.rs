@@ -72,7 +72,7 @@ fn sqrt_of_random_bits_and_around_squares() {
     };
     for _ in 0..1_000_000 {
         let bits = random();
-        // Any f64, and a value that is small or subnormal.
+        // Any f64, and a subnormal number.
         check_sqrt(f64::from_bits(bits));
         check_sqrt(f64::from_bits(bits >> 12));
         // Squares and their neighbours, where rounding is hardest.
@@ -82,7 +82,8 @@ fn sqrt_of_random_bits_and_around_squares() {
             check_sqrt(f64::from_bits(neighbour));
         }
     }
-    // Test mantissas with all bits set, for which rounding may carry, at every exponent.
+    // Test mantissas with all bits set, for which rounding may carry, and with no bits set, at
+    // every exponent.
     for exponent in 0..2047_u64 {
         check_sqrt(f64::from_bits((exponent << 52) | ((1 << 52) - 1)));
         check_sqrt(f64::from_bits(exponent << 52));

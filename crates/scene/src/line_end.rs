@@ -70,7 +70,8 @@ pub(crate) fn read_line(
     }
 }
 
-/// Returns the bytes that have arrived but have not been read yet.
+/// Returns the bytes that have arrived but have not been read yet. Waits if there are none, unless
+/// the input has ended.
 fn fill(input: &mut impl BufRead) -> io::Result<&[u8]> {
     // `fill_buf` is called twice because the loop cannot return a borrow.
     while let Err(error) = input.fill_buf() {

@@ -33,7 +33,7 @@ impl<S: Coordinate> Scene<S> {
     }
 
     /// Returns points whose bounds contain all ray origins: the eye and the light or, if the light
-    /// has no position, the box in which its shadow rays start.
+    /// has no position, corners of the box in which its shadow rays start.
     pub fn ray_origins(&self) -> Vec<[S; 3]> {
         let bounds = self.mesh.bounds().unwrap_or_else(Bounds::point);
         // Leave a margin, because rounding may move points out of the box.

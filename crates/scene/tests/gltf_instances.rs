@@ -185,7 +185,8 @@ fn hostile_instances_are_errors() {
     refused(&file, "not finite");
 }
 
-/// Returns a mesh with many vertices and the table of its `count` positions, up to `size`.
+/// Returns a file whose mesh has `count` vertices, with coordinates up to `size`, and the index of
+/// the table of their positions.
 fn sheet(count: usize, size: f32) -> (File, usize) {
     let mut file = File::new(&json!([]));
     let position = |i: usize| [1.0, (0.37 * i as f32).sin(), (1.1 * i as f32).cos()];
@@ -195,7 +196,7 @@ fn sheet(count: usize, size: f32) -> (File, usize) {
     (file, positions)
 }
 
-/// Returns a table of zeros, which takes up no bytes.
+/// Adds a table of zeros, which takes up no bytes, and returns its index.
 fn zeros(file: &mut File, count: usize) -> usize {
     let table = json!({"componentType": 5126, "count": count, "type": "VEC3", "sparse": {"count": 0,
         "indices": {"bufferView": 0, "componentType": 5125}, "values": {"bufferView": 0}}});

@@ -35,7 +35,7 @@
 //! | the media along a ray, through nested and touching solids | [`Media`] |
 //! | how thick a solid is at a hit | [`Bvh::thickness`] |
 //! | open edges, flipped and duplicate triangles of a mesh | [`Solid::inspect`] |
-//! | the closest point of a mesh | [`Bvh::closest_point`] |
+//! | the closest point on a mesh | [`Bvh::closest_point`] |
 //! | the triangle of a hit, its normal, a secondary ray | [`Bvh::triangle`], [`Bvh::normal`], [`Bvh::spawn_ray`], [`Bvh::spawn_ray_to`] |
 //! | many placements of a mesh, or objects that move | [`Scene`], whose [`commit`](Scene::commit) returns a snapshot to query |
 //! | shadows, or whether two points see each other | [`Query::visible_batch`], which keeps surfaces from shading themselves |
@@ -94,7 +94,7 @@
 //! # Limits
 //!
 //! A hierarchy holds fewer than 2^31 triangles and no other primitives, such as curves or user
-//! geometry. Triangles with a NaN or infinite coordinate are never hit, nor are triangles without
+//! geometry. Triangles with a NaN or infinite coordinate are never hit, nor are triangles with zero
 //! area. If memory runs out during a build, refit, or load, or while hits are collected in lists,
 //! the call returns an error instead of aborting.
 //!

@@ -36,7 +36,7 @@ async function start() {
   page.module = engine.name;
   page.engine = engine;
   $("module-note").textContent = engine.name === "simd128"
-    ? "Computed by WebAssembly with SIMD. Add #plain to the address to use the module without SIMD."
+    ? "Computed by WebAssembly with SIMD. Add #plain to the URL to use the module without SIMD."
     : "Computed by WebAssembly without SIMD.";
   const pictures = [microscope(engine), modelView(engine)];
   const recolour = () => pictures.forEach((picture) => picture.recolour());

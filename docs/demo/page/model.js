@@ -191,7 +191,7 @@ function modelView(engine) {
   }
   navigate(canvas, {
     turn(dx, dy) {
-      // The step is proportional to the visible area.
+      // The step of a shift is proportional to the width of the visible area.
       const by = 2 ** -state.close;
       if (state.close > 4) {
         state.shift = [state.shift[0] - dx * by * 0.003, state.shift[1] + dy * by * 0.003];

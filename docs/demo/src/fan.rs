@@ -11,7 +11,7 @@ const MAX_SIZE: usize = 1024;
 /// The maximum number of triangles in a fan: each has one bit in a `u8`.
 const MAX_CORNERS: usize = 8;
 
-/// How a method's hits at a pixel compare with those of `exact`.
+/// The result of comparing a method's hits at a pixel with those of `exact`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Class {

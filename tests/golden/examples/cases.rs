@@ -2,8 +2,8 @@
 //!
 //!     cases NAME TIMES
 //!
-//! The cost of the queries is the difference between two counts. Without arguments, the program
-//! prints all names.
+//! The difference between the counts of two runs with different TIMES is the cost of the queries
+//! alone. Without arguments, the program prints all names.
 
 use std::hint::black_box;
 
@@ -179,7 +179,7 @@ fn ball() -> Bvh {
     Bvh::new(&triangles).expect("few triangles")
 }
 
-/// Returns rays from outside that ball to points inside it.
+/// Returns rays that start outside that ball, toward points in a cube around its centre.
 fn around() -> Vec<Ray> {
     let mut rng = Rng::new(9);
     let mut ray = || {

@@ -3,7 +3,7 @@
 use intertri::Hit;
 use intertri_trace::{ClosestPoint, Containment};
 
-/// An FNV-1a hash over 64-bit words, and the number of answers that are not misses.
+/// An FNV-1a hash over 64-bit words, and a number of hits, crossings, or points inside.
 pub(crate) struct Digest {
     pub(crate) hash: u64,
     pub(crate) hits: u64,

@@ -1,4 +1,5 @@
-//! The `doubles` section: `exact` over scenes in f64, with every query.
+//! The `doubles` section: `exact` over scenes in f64: closest hits, any hits, all hits, crossings,
+//! and containment.
 
 use intertri::simd::Level;
 use intertri::{Hit, Mode, Ray, Ray64, Triangle64};

@@ -26,7 +26,7 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
     lines
 }
 
-/// Returns the triangles and rays of a scene that fit a grid around its points.
+/// Returns the triangles and rays of a scene that fit on a grid around its points.
 fn snapped(scene: &Scene, bits: Bits) -> Option<(Vec<Triangle>, Vec<Ray>)> {
     let corners = scene.triangles.iter().flat_map(|triangle| triangle.0);
     let points = corners.chain(scene.rays.iter().map(|ray| ray.origin));

@@ -1,9 +1,10 @@
 //! The golden answers: the answers of every mode on fixed scenes, which must be the same bit for
 //! bit on any machine.
 //!
-//! A line consists of a scene, a mode, a query, the number of answers that are not misses, and a
-//! hash of all bits of the answers. Each [`Section`] keeps its lines in a separate file, so a new
-//! section does not change the others. CONTRIBUTING.md states when a line may change.
+//! A line consists of a scene, a mode, a query, the number of hits (or of crossings, or of points
+//! inside), and a hash of all bits of the answers. Each [`Section`] keeps its lines in a separate
+//! file, so a new section does not change the others. CONTRIBUTING.md states when a line may
+//! change.
 //!
 //! ```
 //! use intertri::simd::Level;
@@ -116,7 +117,7 @@ pub fn hash(lines: impl Iterator<Item = impl AsRef<str>>) -> u64 {
     digest.hash
 }
 
-/// The answers to a query on a scene in a mode.
+/// A summary of the answers to a query on a scene in a mode.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Line {
     scene: String,

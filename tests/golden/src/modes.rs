@@ -1,4 +1,5 @@
-//! The `modes` section: `certified` and `exact` over f32 scenes, with every query.
+//! The `modes` section: `certified` and `exact` over f32 scenes: closest hits, any hits, and all
+//! hits; with `exact`, also crossings and containment.
 
 use intertri::simd::Level;
 use intertri::{Hit, Mode};

@@ -9,7 +9,8 @@ use crate::{SECTIONS, Section, differences, hash};
 /// The maximum number of differing lines to print.
 const SHOWN: usize = 5;
 
-/// A section at one level, with the answers computed here and the committed ones.
+/// The result for a section at one level: how the answers computed here differ from the committed
+/// ones.
 #[derive(Clone, Debug)]
 pub struct Row {
     /// The name of the section.

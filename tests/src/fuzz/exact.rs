@@ -106,7 +106,7 @@ fn tier_name(tier: Tier) -> String {
 }
 
 /// Returns whether a hit is on the expected triangle and its t, u and v are the exact values, each
-/// rounded once.
+/// rounded once. If no hit is expected, returns whether it is a miss.
 fn is_right(hit: Hit, want: Option<&(usize, Truth)>) -> bool {
     match want {
         None => !hit.is_hit(),

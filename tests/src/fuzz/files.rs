@@ -10,7 +10,7 @@ use intertri_scene::{LoadError, Mesh, read};
 use super::input::Input;
 
 /// Reads the bytes as a model file, or builds a mesh from them, writes it to files and reads them
-/// back. The first byte selects the format or this round trip.
+/// back. The first byte selects the format or the round trip.
 pub fn models(bytes: &[u8]) {
     let Some((&first, file)) = bytes.split_first() else { return };
     if first >= 0x80 {
@@ -19,7 +19,8 @@ pub fn models(bytes: &[u8]) {
     let name = ["a.obj", "a.ply", "a.stl", "a", "a.gltf", "a.glb"][first as usize % 6];
     let result = model(name, file);
     if name == "a.obj" {
-        // Neither the style of line endings nor a missing final line ending may change the result.
+        // The style of line endings must not change the result, and a final line ending must not
+        // change whether the file is valid.
         if !file.contains(&b'\r') {
             let lines = file.split(|&b| b == b'\n').collect::<Vec<_>>();
             // Unused vertices may have NaN coordinates, so compare the results as text, in which
@@ -33,8 +34,8 @@ pub fn models(bytes: &[u8]) {
     }
 }
 
-/// Reads a model. The mesh must be valid, and must be unchanged after it is written and read again.
-/// An error message must be a single line.
+/// Reads a model. The mesh must be valid. If it is small and its coordinates are finite, it must be
+/// unchanged after it is written and read again. An error message must be a single line.
 fn model(name: &str, bytes: &[u8]) -> Result<Mesh, LoadError> {
     let result = read(Path::new(name), bytes);
     match &result {
@@ -64,7 +65,7 @@ fn model(name: &str, bytes: &[u8]) -> Result<Mesh, LoadError> {
     result
 }
 
-/// Builds a mesh with finite coordinates, writes it in every format, and reads it back.
+/// Builds a mesh with finite coordinates, writes it as OBJ, PLY, and STL, and reads it back.
 fn written(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let count = 1 + input.below(8);
@@ -75,7 +76,7 @@ fn written(bytes: &[u8]) {
     again(&Mesh { positions, triangles, ..Mesh::default() });
 }
 
-/// Writes a mesh in every format, and checks that it reads back unchanged.
+/// Writes a mesh as OBJ, PLY, and STL, and checks that it reads back unchanged.
 fn again(mesh: &Mesh) {
     let Mesh { positions, triangles, .. } = mesh;
     let mut obj = String::new();

@@ -119,7 +119,8 @@ impl<'a> Input<'a> {
             }
             _ => self.point(),
         };
-        // The target is at t = 1, so these intervals begin or end exactly at the target.
+        // The target is at t = 1: the first interval ends there, the second begins there, and the
+        // third ends just beyond it.
         let ray = Ray::new(origin, dir);
         match self.below(6) {
             0 => ray.between(0.0, 1.0),

@@ -160,7 +160,7 @@ fn project((x, y, depth): Corner) -> Vector {
 }
 
 /// Draws each triangle separately with the reference implementation, and checks that each pixel
-/// shows one of the nearest triangles that cover it.
+/// shows one of the nearest triangles that cover it. Pixels whose centre is on an edge are skipped.
 fn nearest_is_drawn(view: &View, outlines: &[[Corner; 3]]) {
     let soup: Vec<Triangle> = outlines.iter().map(|o| Triangle(o.map(unproject))).collect();
     let drawn = triangles(view, &soup, 1e-9);

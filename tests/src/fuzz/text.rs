@@ -46,7 +46,7 @@ fn written_again(rays: &[[u32; 8]]) {
     let raw64: Vec<u8> = wide.flat_map(f64::to_le_bytes).collect();
     let mut csv = String::from("\u{feff}\n t_max, \"dz\",dy,dx,t_min,oz,oy,ox\r\n");
     for ray in rays {
-        // The decimal has all digits of the f64, so parsing it yields exactly the same number.
+        // The decimal has enough digits that parsing it yields exactly the same number.
         let cells = ray.map(|bits| f64::from(f32::from_bits(bits)).to_string());
         csv += &cells.into_iter().rev().collect::<Vec<_>>().join(", ");
         csv += "\r\n";

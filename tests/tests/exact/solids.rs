@@ -1,5 +1,5 @@
-//! Generates closed meshes. All corners are on a grid, so that the differences between them are
-//! exact in f32.
+//! Generates closed meshes. The corners are snapped to a grid, so that the differences between them
+//! are exact in f32 unless the mesh is scaled to an extreme size.
 
 use intertri::{Triangle, TriangleOf};
 use intertri_lab::meshes::Mesh;

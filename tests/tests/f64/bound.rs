@@ -139,7 +139,7 @@ fn in_scene(family: &Family, rng: &mut Rng) -> Option<Case> {
     Some(Case { ray, triangle, frame: LocalFrame::around([lo, hi], [lo, hi]) })
 }
 
-/// How far the scene of a search extends from the origin.
+/// How far a search's scene extends from the origin along each axis.
 const REACH: f64 = 1.9;
 
 /// Generates a triangle of a given size somewhere in the scene, and a ray that hits or just misses

@@ -15,8 +15,8 @@ use crate::nearest::truth::{is_rounded, is_within_one_ulp, truth};
 const KINDS: usize = 9;
 
 /// Generates a number of the given kind: a small integer, one with all digits, one far from 0, one
-/// from a wide range of exponents, a subnormal or huge one, one that is either small or far from 0,
-/// one with any exponent, or an f32.
+/// from a wide range of exponents, a subnormal one, a huge one, one that is either small or far
+/// from 0, one with any exponent, or an f32.
 fn number(kind: usize, rng: &mut Rng) -> f64 {
     let unit = rng.signed();
     match kind {

@@ -80,7 +80,7 @@ api! {
     occluded_16 = "rtcOccluded16": fn(*const i32, Ptr, Ptr, Ptr);
 }
 
-// Constants of the API. They are the same in versions 3 and 4, unless a comment says otherwise.
+// Constants of the API. They are the same in versions 3 and 4.
 const TRIANGLES: i32 = 0;
 const INDEX_BUFFER: i32 = 0;
 const VERTEX_BUFFER: i32 = 1;

@@ -26,7 +26,7 @@ pub struct Input {
 
 impl Input {
     /// Moves the mesh by an offset, and rounds it to f32 for Embree. If `far` is positive, adds one
-    /// small triangle at a distance of `far` times the size of the mesh.
+    /// triangle about as large as the mesh, `far` times the size of the mesh away along each axis.
     pub fn new(
         mesh: &Mesh,
         by: [f64; 3],

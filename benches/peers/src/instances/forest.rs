@@ -1,4 +1,4 @@
-//! Generates scenes of instances: a field of bunnies, and a kitchen split into five hundred
+//! Generates scenes of instances: a field of bunnies, and a kitchen split into up to five hundred
 //! objects.
 
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use intertri_trace::SceneSnapshot;
 use crate::rays::{Kind, Order, cross, direction, dot, primary, sub, unit, widened};
 use crate::scenes::{random, scene};
 
-/// The number of objects in the kitchen.
+/// The maximum number of objects in the kitchen.
 const OBJECTS: usize = 500;
 
 /// The distance between bunnies, in multiples of their size.

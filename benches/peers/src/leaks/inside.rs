@@ -12,8 +12,8 @@ use robust::{Coord, orient2d};
 
 use crate::scenes::random;
 
-/// The maximum number of point/triangle tests. In a mesh with many triangles, fewer points are
-/// used, and several rays start at each.
+/// The maximum of the number of points times the number of triangles. In a mesh with many
+/// triangles, fewer points are used, and several rays start at each.
 const TESTS: usize = 1 << 31;
 /// The margin, as a fraction of the longest side of the bounding box.
 const MARGIN: f32 = 1.0 / 1024.0;
@@ -63,7 +63,7 @@ impl Bounded {
             return Some(false);
         }
         // The areas have the same sign as the x component of the normal. The triangle is therefore
-        // ahead if the normal points away from the side that the point is on.
+        // ahead if the height has the opposite sign.
         Some(height.is_none_or(|height| (height < 0.0) == positive))
     }
 

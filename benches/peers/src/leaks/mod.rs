@@ -63,7 +63,7 @@ pub struct Row {
     pub leaks: usize,
 }
 
-/// Measures all meshes, prints a table, and writes the figures to the JSON file, if any.
+/// Measures all meshes, prints a table per target, and writes the figures to the JSON file, if any.
 pub fn run(options: &Options) -> Result<(), String> {
     let api = crate::embree(options.embree.clone());
     let pool = crate::pool(options.threads)?;

@@ -105,7 +105,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let (scene, bvh, rounding, notes) = load(options)?;
     let triangles = triangles(&scene.mesh)?;
 
-    // The threshold does not affect which triangles are visible.
+    // A threshold of 0 hides no triangle.
     let zero = Threshold::new(0.0).unwrap_or_default();
     let raster = Raster::new(&scene, &triangles, options.size, zero);
     let mut engines = Engines::new(&triangles, zero).with_bvh(bvh);
@@ -249,7 +249,7 @@ struct Trials<'a> {
     eye: [f32; 3],
     /// The engines, which share the hierarchy over the triangles.
     engines: Engines<'a>,
-    /// All camera rays of the image, which `bench` also measures.
+    /// All camera rays of the image, in the order in which `bench` traces them.
     primary: &'a [Ray],
     /// The rays of the sample.
     rays: &'a [Ray],

@@ -258,7 +258,7 @@ struct Answers {
 }
 
 impl Answers {
-    /// Allocates memory for the answers to `rays` any-hit or closest-hit rays.
+    /// Allocates memory for the answers to `rays` any-hit or closest-hit queries.
     fn of(rays: usize, any: bool) -> Result<Self> {
         let (closest, any) = if any { (0, rays) } else { (rays, 0) };
         let closest = filled(closest, Hit::MISS, "hits")?;
@@ -273,7 +273,7 @@ impl Answers {
         }
     }
 
-    /// Returns whether the first answers of the other engine equal these answers.
+    /// Returns whether the other engine's answers begin with these answers.
     fn start_as(&self, other: &Self) -> bool {
         let same = |(a, b): (&Hit, &Hit)| (a.triangle, a.t) == (b.triangle, b.t);
         self.any.iter().zip(&other.any).all(|(a, b)| a == b)

@@ -70,8 +70,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     print(&Report { written: charts.finish(), races }, options.charts.json)
 }
 
-/// Alternates between both ways of drawing an image to time them, and checks that their pixels are
-/// the same.
+/// Times both ways of drawing an image, in alternation. Checks that their pixels are the same,
+/// except where the rule of [`Difference::by_rule`] excuses a difference.
 fn race(
     scene: &Scene,
     raster: &Raster<'_>,

@@ -199,7 +199,8 @@ fn direction(text: &str) -> std::result::Result<[f32; 3], String> {
     if numbers == [0.0; 3] { Err("give a direction that is not zero".into()) } else { Ok(numbers) }
 }
 
-/// Returns the threshold for an engine that uses one: `given`, or the default.
+/// Returns the threshold for an engine: `given` or the default if the engine uses one, and
+/// otherwise `None`. Refuses a given threshold that the engine would not use.
 pub(crate) fn threshold_of(
     engine: EngineName,
     given: Option<Threshold>,

@@ -1,9 +1,9 @@
 //! `intertri render`: draws a model, or the built-in scene, as an image.
 //!
 //! ```text
-//!   options ──► in_f32 ──► any engine ───────► cover ──► outcome
-//!          ├──► in_f64 ──► exact, oracle ──┤
-//!          └──► in_instances ──► exact ────┘
+//!   options ──► in_f32 ────────► cover ──► any engine ──────► outcome
+//!          ├──► in_f64 ────────► cover ──► exact, oracle ──┤
+//!          └──► in_instances ──► cover ──► exact ──────────┘
 //! ```
 
 mod cover;

@@ -9,7 +9,7 @@ use crate::engine::tracer::Tracer;
 use crate::error::Result;
 use crate::io::answers::{Format, Query};
 
-/// The query for the rays, and the format of the answers.
+/// The engine and the query for the rays, and the format of the answers.
 pub(crate) struct Question<'a, T> {
     pub(crate) engine: &'a T,
     pub(crate) query: Query,

@@ -20,7 +20,7 @@ pub(crate) struct FixedScene {
     bvh: Bvh,
     /// A ray with an empty interval, which replaces rays that cannot be snapped.
     never: Snapped,
-    /// The largest distance by which snapping moved a point.
+    /// The largest distance by which snapping moved a point along an axis.
     moved: f64,
 }
 

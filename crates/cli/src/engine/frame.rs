@@ -170,8 +170,8 @@ impl Frame {
                 let ray = scene.camera.ray(x, y, width, height);
                 let ray = RayOf { origin: engine.place(ray.origin), ..ray };
                 let point = hit_point(&ray, hit);
-                // If the origin were not snapped, the ray would miss the surface at the visible
-                // point.
+                // Aim from the snapped light. If the engine moved the origin after the ray was
+                // aimed, the ray would miss the visible point.
                 Light::shadow_ray_from(engine.place(scene.light.origin(point)), point)
             };
             seen.par_iter().map(ray).collect_into_vec(&mut rays);

@@ -34,8 +34,8 @@ pub(crate) trait Tracer: Sync {
         false
     }
 
-    /// Finds the closest hit of each ray. Engines without a hierarchy do not count tests, nor does
-    /// `fixed`.
+    /// Finds the closest hit of each ray. Returns zero counts in engines that do not count tests:
+    /// those without a hierarchy, `fixed`, and the engine for instances.
     fn closest(&self, rays: &[RayOf<Self::Scalar>], hits: &mut [Hit]) -> Counts;
 
     /// Finds whether each ray hits anything. As for `closest`, some engines do not count tests.

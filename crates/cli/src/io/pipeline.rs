@@ -22,7 +22,7 @@ use crate::error::{Error, Result};
 /// pool runs `work` on each batch, and `write` receives all batches in the order in which they were
 /// read.
 ///
-/// The first error ends the run, but batches read before it are still written.
+/// The first error ends the run, but the batches before the failed one are still written.
 pub(crate) fn run<B: Send>(
     batches: impl IntoIterator<Item = B>,
     read: impl FnMut(&mut B) -> Result<bool> + Send,
@@ -162,7 +162,7 @@ mod tests {
         let (result, out) = doubled(0, u32::MAX, u32::MAX, u32::MAX);
         assert!(result.is_ok() && out.is_empty());
 
-        // Batches read before an error are still written.
+        // The batches before the failed one are still written.
         let (result, out) = doubled(1000, 700, u32::MAX, u32::MAX);
         assert!(format!("{result:?}").contains("cannot read") && out == evens(700));
         let (result, out) = doubled(1000, u32::MAX, 1400, u32::MAX);

@@ -2,8 +2,9 @@
 
 use crate::error::{Error, Result};
 
-/// Sets up signal handling, so that a run ended by a signal leaves no unfinished file. A run that
-/// exhausts memory ends with exit code 1, unless the caller of the allocation handles the failure.
+/// Sets up signal handling: if a watched signal ends the run, unfinished files are removed first.
+/// If an allocation fails and its caller does not handle the failure, the run ends with exit code
+/// 1, and an unfinished file may remain.
 #[cfg(unix)]
 pub(crate) fn watch() -> Result<()> {
     use std::sync::Arc;
@@ -30,7 +31,7 @@ pub(crate) fn watch() -> Result<()> {
     let wait = move || {
         for signal in signals.forever() {
             PartialFile::abandon_all();
-            // The sender must see that the signal ended the program.
+            // The parent process must see that the signal ended the program.
             let _ = low_level::emulate_default_handler(signal);
         }
     };

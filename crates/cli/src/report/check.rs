@@ -1,7 +1,7 @@
 //! Compares the images that two engines draw: where they differ, and which differences are allowed.
 //!
 //! - Engines that follow document A must agree on every bit, and so must the exact engines.
-//! - Between these two kinds, t differs in its last bits. If the triangle or the shadow differs,
+//! - Between these two kinds, t may differ in its last bits. If the triangle or the shadow differs,
 //!   the lab crate's oracle must confirm `exact`.
 //! - The z-buffer and the shadow volumes see the scene along lines that differ by rounding. If
 //!   either is involved, a pixel may differ only if an edge, a tie in depth or the surface of a
@@ -97,8 +97,8 @@ impl Difference {
     }
 
     /// Compares two frames, one of which shows the snapped scene. A pixel may show another
-    /// triangle, or be lit differently on the same triangle. The bits of t always differ, so they
-    /// are not compared.
+    /// triangle, or be lit differently on the same triangle. Snapping usually changes t, so its
+    /// bits are not compared.
     pub(crate) fn snapped(a: &Frame, b: &Frame) -> Self {
         let verdict = |same| if same { Verdict::Same } else { Verdict::Excused };
         let hits: Vec<Verdict> =

@@ -34,7 +34,7 @@ pub(crate) fn t_times_from<S: Scalar>(
         if is_sure && exponent == 0 {
             return t;
         }
-        // If neither factor is subnormal or infinite, the product is exact.
+        // Both factors and the product are normal numbers, so the product is exact.
         if is_sure && is_tame_t(t) && exponent.unsigned_abs() < 500 {
             return t * pow2(exponent);
         }

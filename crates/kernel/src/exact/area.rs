@@ -22,7 +22,6 @@ pub fn has_area<S: Scalar>(triangle: &TriangleOf<S>) -> bool {
     let [c1, ..] = triangle.0;
     (0..3).any(|axis| {
         let mut dir = [S::ZERO; 3];
-        // With d = e_k, D = d·n is component k of n.
         dir[axis] = S::ONE;
         let pair = Pair { origin: c1, dir, corners: triangle.0 };
         let scales = pair.scales();

@@ -94,7 +94,7 @@ pub(super) fn decide_with_t<D: Lanes<Scalar = f64>>(
     let (a, b) = (c1 - org, c2 - org);
     let (h4, h5, h6) = (c2 - c1, c3 - c1, c3 - c2);
 
-    // In nearly all cases, two edges decide.
+    // In nearly all cases, two of these signs differ, which proves a miss.
     let u = Sum::volume(h6, dir, b);
     let v = Sum::volume(h5, a, dir);
     let w = Sum::volume(h4, dir, a);
@@ -128,8 +128,8 @@ pub(super) fn decide_with_t<D: Lanes<Scalar = f64>>(
     let num = Sum { value: t.value.abs(), permanent: t.permanent };
     let (from, before) = beyond(&num, &den, rays.t_min);
     let (after, within) = beyond(&num, &den, rays.t_max);
-    // The signs have decided that t > 0, so an end at 0 or at infinity needs no comparison. The
-    // comparison might be undecided.
+    // The signs have decided that t > 0, so an end at 0 or at infinity needs no comparison, which
+    // might be undecided.
     let from = from | rays.t_min.le(D::splat(0.0));
     let within = within | rays.t_max.ge(D::splat(f64::INFINITY));
     let out = (before & !rays.t_min.le(D::splat(0.0))) | after;

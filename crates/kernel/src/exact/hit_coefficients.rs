@@ -52,8 +52,8 @@ pub struct HitCoefficients {
     coefficients: [[[f64; 4]; 3]; 2],
     /// The numerator of t, by part.
     known: [[f64; 4]; 2],
-    /// The error bounds on the products, divided by the sum of the direction's magnitudes. They are
-    /// NaN if nothing is proven.
+    /// The error bounds on the products, divided by the sum of the magnitudes of the direction's
+    /// components. They are NaN if nothing is proven.
     share: [f64; 4],
     /// The error bound on the numerator of t.
     known_err: f64,
@@ -65,7 +65,7 @@ pub(super) struct EightSeen<D: Lanes> {
     /// The cross products n, v and w, each in two parts.
     pub(super) products: [[Vec3<D>; 2]; 3],
     /// The error bounds on the products of n, v and w with a direction, divided by the sum of the
-    /// direction's magnitudes. They are NaN if nothing is proven.
+    /// magnitudes of its components. They are NaN if nothing is proven.
     pub(super) shares: [D; 3],
     /// The numerator of t.
     pub(super) num: Volume<D>,
@@ -106,7 +106,8 @@ impl HitCoefficients {
     }
 
     /// Computes t, u and v of the hit, and which of them are proven. `sums` are the products of the
-    /// coefficients with the ray's direction, and `size` is the sum of the direction's magnitudes.
+    /// coefficients with the ray's direction, and `size` is the sum of the magnitudes of the
+    /// direction's components.
     #[inline(always)]
     pub(super) fn meet<S: Simd>(
         &self,
@@ -207,8 +208,8 @@ fn product<D: Lanes<Scalar = f64>>([high, low]: [Vec3<D>; 2], dir: Vec3<D>) -> D
 }
 
 /// Returns the error bound on the dot product of a cross product and a direction, divided by the
-/// sum of the direction's magnitudes. It is NaN if the vectors are not exact. This is not a
-/// closure, because a closure would be compiled without the level's instructions.
+/// sum of the magnitudes of the direction's components. It is NaN if the vectors are not exact.
+/// This is not a closure, because a closure would be compiled without the level's instructions.
 #[inline(always)]
 fn share<D: Lanes<Scalar = f64>>(a: Vec3<D>, b: Vec3<D>, exact: D::Mask) -> D {
     let all = a.abs().permanents(b.abs()).norm1() * D::splat(SHARE);

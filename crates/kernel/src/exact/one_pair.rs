@@ -1,5 +1,5 @@
-//! Intersects one ray with one triangle that it is known to hit. The intersection needs four
-//! volumes, each computed in its own SIMD lane.
+//! Intersects one ray with the plane of one triangle. The intersection needs four volumes, each
+//! computed in its own SIMD lane.
 //!
 //! ```text
 //!   D = d·(h4 × h5)    T = a·(h4 × h5)    V = h5·(a × d)    W = -h4·(a × d)    per lane: x·(y × z)
@@ -18,7 +18,8 @@ use super::tier::is_f64;
 use crate::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd};
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Where a ray meets a triangle, and on which side of each edge the ray passes.
+/// The intersection of a ray with a triangle's plane, and the side of each edge on which the ray
+/// passes.
 #[derive(Clone, Copy)]
 pub(super) struct Intersection {
     /// t, u, and v.

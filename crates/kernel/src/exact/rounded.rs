@@ -173,7 +173,7 @@ mod tests {
     fn volumes_are_within_their_bound() {
         let (mut numbers, mut most) = (Numbers(1), 0.0_f64);
         for _ in 0..300 {
-            // Hill climbing: keep every change that increases the error.
+            // Hill climbing: keep every change that does not decrease the error.
             let mut all = [(); 3].map(|()| numbers.vector());
             let mut used = 0.0;
             for _ in 0..400 {

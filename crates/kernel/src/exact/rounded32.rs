@@ -173,8 +173,8 @@ fn hit32_of_pair(ray: &Ray, triangle: &Triangle, index: u32) -> Hit32 {
     Hit32::new(attributes32(ray, triangle), index)
 }
 
-/// Converts a hit found by `exact` to f32. The hit's t, u, and v are correctly rounded for the ray
-/// and the triangle.
+/// Converts a hit found by `exact` to f32. The hit's t, u, and v must be correctly rounded for the
+/// ray and the triangle.
 #[inline(always)]
 pub fn hit32<S: Scalar>(hit: &Hit, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Hit32 {
     let numbers = narrowed([hit.t, hit.u, hit.v]).unwrap_or_else(|| attributes32(ray, triangle));

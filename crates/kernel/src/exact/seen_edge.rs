@@ -44,8 +44,8 @@ fn side<S: Scalar, const C: usize, const N: usize, const V: usize>(
     let [a, b] = edge.map(|point| seen::<S, C>(points, origin, point));
     let normal: [Int<N>; 3] = cross(&a, &b);
     let volume: Int<V> = dot(&dirs.vector::<S, C>(dir), &normal);
-    // Under the *once* rule, the result is the sign of the first nonzero value among X, Nx, Ny, and
-    // Nz (exact.md, section 1).
+    // Under the *once* rule, the result is the sign of the first nonzero value among the volume,
+    // Nx, Ny, and Nz (exact.md, section 1).
     normal.iter().fold(volume.sign(), |sign, n| sign.then_with(|| n.sign()))
 }
 
@@ -109,8 +109,7 @@ mod tests {
     use crate::exact::{Side, Tier, crossing_from, test_numbers::random};
     use crate::{Ray64, RayOf, TriangleOf};
 
-    /// A ray crosses a triangle if and only if it passes all three edges on the side given by T's
-    /// sign.
+    /// A ray that crosses a triangle passes all three edges on the side given by T's sign.
     #[test]
     fn sides_are_those_of_crossings() {
         let mut random = random();

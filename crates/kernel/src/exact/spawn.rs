@@ -134,8 +134,8 @@ fn point_of<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>) -> [f64; 3] {
 }
 
 /// Moves the ray's origin along an axis until the ray leads away from the triangle. Along the axis
-/// nearest to the normal, four steps are always enough if t is correctly rounded; otherwise, more
-/// may be needed. Returns `None` if 2^39 steps are not enough.
+/// nearest to the normal, four steps are always enough if the hit's weights are correctly rounded;
+/// otherwise, more may be needed. Returns `None` if 2^39 steps are not enough.
 fn moved<S: Scalar>(
     start: &RayOf<S>,
     point: [f64; 3],

@@ -54,8 +54,8 @@ pub(super) fn cross_tails<D: Lanes<Scalar = f64>>(
     a: &TwoParts<D>,
     b: &TwoParts<D>,
 ) -> [Double<D>; 3] {
-    // `a.rest × b.rest` is smaller than w² times the product of the first parts. The error bound
-    // covers it (f64.md, section 3).
+    // `a.rest × b.rest` is omitted. Each of its components is smaller than w² times the sum of the
+    // magnitudes of the first parts' products, and the error bound covers it (f64.md, section 3).
     let rest = a.first.cross_fused(b.rest) + a.rest.cross_fused(b.first);
     with_rest(&cross(a.first, b.first), rest)
 }
@@ -102,7 +102,7 @@ impl<D: Lanes<Scalar = f64>> SeenTails<D> {
         let den = Volume {
             value: dot(&normal, dir),
             // The permanent of the first parts can replace the permanent of the exact differences,
-            // because the two differ by a factor of at most 1 + w.
+            // because each difference changes it by a factor of at most 1 + w.
             err: permanent(h4.first, h5.first, dir) * D::splat(DOUBT),
         };
         Self { a, h4, h5, dir, normal, den, inverse: D::splat(1.0) / den.value.high }

@@ -66,7 +66,7 @@ pub struct AlongAxis {
     of_v: [[f32; 8]; 3],
     /// The gradient of W perpendicular to the axis.
     of_w: [[f32; 8]; 3],
-    /// If V, W, or U is less than this value, the ray certainly misses.
+    /// If V, W, or half of U is less than this value, the ray certainly misses.
     least: [f32; 8],
 }
 
@@ -107,8 +107,8 @@ impl Filter<'_> {
     pub fn axis(&self, axis: &Ray, reach: [f32; 3], away: f32) -> Axis {
         let [x, y, z] = reach;
         let away = away * if self.room.copies { bound::COPY_AWAY } else { bound::AWAY };
-        // The amount by which V, W, and U of a ray may differ from the values predicted from the
-        // axis and the computed gradients, including the rounding from subtracting large
+        // A distance that covers how much V, W, and U of a ray may differ from the values predicted
+        // from the axis and the computed gradients, including the rounding from subtracting large
         // coordinates (exact.md, section 10).
         let off = Lanes::mul_add(x + y + z, bound::BESIDE, away);
         let rays = Rays::of_ray(axis, self.threshold, self.room).passed_within(off);

@@ -28,8 +28,8 @@ pub struct Crossing {
     pub v: u64,
     /// The weight of the third corner, times the denominator of t.
     pub w: u64,
-    /// Whether the ray crosses in the direction of the normal `h4 ^ h5`, that is, leaves a mesh
-    /// whose triangles are counter-clockwise as seen from outside.
+    /// Whether the ray crosses in the direction of the normal `(c2 - c1) x (c3 - c1)`, that is,
+    /// leaves a mesh whose triangles are counter-clockwise as seen from outside.
     pub leaves: bool,
 }
 

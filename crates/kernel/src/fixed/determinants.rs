@@ -68,7 +68,7 @@ impl Determinants {
         ray: &Ray,
     ) -> Option<Crossing> {
         // T and D must have the same sign; otherwise, the crossing is behind the origin. If T = 0,
-        // the ray starts in the plane.
+        // the ray starts in the plane, or the triangle is degenerate.
         if num == 0 || (num > 0) != leaves {
             return None;
         }

@@ -183,8 +183,8 @@ pub struct Grid {
     centre: [i64; 3],
 }
 
-/// Points whose scaled coordinates exceed this value are not snapped: f64 can represent halves only
-/// up to this limit.
+/// Points whose scaled coordinates exceed this value are not snapped, because [`round`] accepts
+/// numbers only up to this limit.
 const FAR: f64 = (1_i64 << 51) as f64;
 
 impl Grid {

@@ -23,7 +23,8 @@ pub(super) fn sum<F: Lanes<Scalar = f64>>(high: F, low: F) -> Parts<F> {
 }
 
 /// Returns `num / den`, rounded to the nearest f64, ties to even, and the lanes in which the
-/// rounding is certain: all except ties. The integers must be below `2^67`.
+/// rounding is certain: all except those in which the quotient is a tie or extremely close to one.
+/// The integers must be below `2^67`.
 #[inline(always)]
 pub(super) fn quotient<F: Lanes<Scalar = f64>>(num: Parts<F>, den: Parts<F>) -> (F, F::Mask) {
     // Four roundings contribute to the error of the estimate q.

@@ -7,8 +7,9 @@
 //!                                                  nrm, V, W, and N.
 //! ```
 //!
-//! t follows document A, and the weights follow document D. The operations and their order match
-//! the reference implementation, so every t matches it bit for bit.
+//! t follows document A, whose dot product is written `&`, and the weights follow document D. The
+//! operations and their order match the reference implementation, so every t matches it bit for
+//! bit.
 
 use super::shared_origin_hit::SharedOriginHit;
 use crate::barycentric::Coefficients;

@@ -50,7 +50,7 @@ pub struct LocalFrame {
 
 impl LocalFrame {
     /// Creates a frame for corners with coordinates from `lo` to `hi`, most of which are in the box
-    /// `crowd`. The frame is empty if the coordinates are not finite. The frame's centre is the
+    /// `crowd`. If the limits are not finite, the frame is the identity. The frame's centre is the
     /// point of the crowd that is nearest to the centre of the whole scene, so that a few distant
     /// triangles do not cost the others precision.
     pub fn around([lo, hi]: [[f64; 3]; 2], crowd: [[f64; 3]; 2]) -> Self {

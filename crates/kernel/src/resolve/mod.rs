@@ -119,8 +119,8 @@ impl<'a> Resolver<'a> {
     }
 
     /// Returns the side from which a ray crosses a triangle that it is known to hit, under the
-    /// *once* rule: each point of a mesh belongs to only one of its triangles. The result is always
-    /// exact.
+    /// *once* rule: each point of a mesh belongs to only one of its triangles. Returns `None` if
+    /// the point belongs to another triangle. The result is always exact.
     #[inline(never)]
     pub fn crossing(
         self,

@@ -1,7 +1,7 @@
 //! SIMD lanes. This is the only module that depends on the CPU's instructions.
 //!
 //! Every algorithm is written once, generic over [`Lanes`] or [`Simd`], and [`dispatch`] runs it on
-//! the CPU's widest registers. All of the workspace's `unsafe` code is in this folder.
+//! the CPU's widest registers. All `unsafe` code of the library crates is in this folder.
 //!
 //! ```text
 //!   algorithm<S: Simd>  ──►  dispatch ──► Baseline what every CPU of the target has: 128-bit NEON

@@ -38,7 +38,8 @@ pub(super) fn closest(batch: &TestBatch, error_counts: &mut [ErrorCounts]) -> u6
     rays
 }
 
-/// The correct results for a batch, with which every method's results are compared.
+/// The correct results and the reference's results for a batch, with which every method's results
+/// are compared.
 struct Known {
     right: RightAnswers,
     reference: Vec<ClosestHit>,

@@ -34,14 +34,14 @@ pub struct Needs {
     pub pixel: f64,
     /// The share of hits where the ray meets the surface at an angle of less than six degrees.
     pub grazing: f64,
-    /// The smallest `|nrm · dir|` of any hit. `Threshold` must be below it.
+    /// The smallest `|nrm · dir|` of any hit. `Threshold` must not exceed it.
     pub smallest_slope: f64,
     /// The smallest t of any hit. `Threshold` must be below it.
     pub smallest_t: f64,
     /// The number of hits that the default `Threshold` loses.
     pub lost: u64,
-    /// A `Threshold` that loses no hits: the default if that loses none; otherwise 0, or a power of
-    /// ten at least a thousand times smaller than the smallest slope and t.
+    /// A `Threshold` that loses no hits, at least a thousand times smaller than the smallest slope
+    /// and t: the default if it is that small; otherwise a power of ten, or 0.
     pub threshold: f64,
 }
 
@@ -113,7 +113,7 @@ fn measure_model(needs: &mut Needs, triangles: &[Triangle]) {
     }
 }
 
-/// Measures the exact hits of the pixels.
+/// Measures the hits of the pixels.
 fn measure_picture(
     needs: &mut Needs,
     triangles: &[Triangle],

@@ -71,8 +71,8 @@ impl Facet {
                 self.by_edges(self.single_bound(), off, plane_hit, pixel_ray)
             }
             Arithmetic::Double { threshold } => {
-                // The reference never reports a hit on a triangle without area, because its normal
-                // is 0.
+                // The reference never reports a hit on a triangle with zero area, because the
+                // triangle's normal is 0.
                 if self.area == 0.0 {
                     return Outcome::Miss;
                 }

@@ -17,15 +17,15 @@ use super::vector::Vec3d;
 /// The number of rows in a band.
 const BAND: u32 = 16;
 
-/// Finds the doubtful pixels of an image and the exact answers for every `every`-th pixel.
+/// Finds the doubtful pixels of an image and the exact answers for every `every`-th pixel. If
+/// `every` is 0, only the first pixel is sampled.
 ///
 /// `seen` contains the hits of the pixels, row by row, computed in the reference's arithmetic with
 /// a threshold of 0. If a pixel has several possible answers, `seen` may contain any of them. At
 /// most 32 arithmetics can be compared.
 ///
 /// # Panics
-/// Panics if there are more than 32 arithmetics, if `seen` does not have one entry per pixel, or if
-/// `every` is 0.
+/// Panics if there are more than 32 arithmetics, or if `seen` does not have one entry per pixel.
 pub fn scan(
     triangles: &[Triangle],
     camera: &PinholeCamera<'_>,

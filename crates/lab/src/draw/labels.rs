@@ -143,7 +143,7 @@ fn along(a: [f64; 2], b: [f64; 2], area: &Area) -> f64 {
     (0..=8).filter(|&k| area.holds(at(k))).count() as f64 / 8.0
 }
 
-/// Returns whether two lines cross.
+/// Returns whether two line segments cross.
 fn cross(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> bool {
     let side = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| {
         (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])

@@ -77,9 +77,9 @@ fn near(rng: &mut Rng, mesh: Mesh, triangles: usize, rays: usize) -> Scene {
 }
 
 /// Builds a scene from a mesh on a grid and rays from grid points inside and outside that *exactly*
-/// meet a vertex, a quarter point of an edge, or a point of a face: origin, direction, and target
-/// are free of rounding. `origin` returns a point in grid steps, and `unit` is the size of one
-/// step.
+/// meet a vertex, the midpoint or a quarter point of an edge, or a point in a face: origin,
+/// direction, and target are free of rounding. `origin` returns a point in grid steps, and `unit`
+/// is the size of one step.
 fn exact(
     rng: &mut Rng,
     triangles: Vec<Triangle>,

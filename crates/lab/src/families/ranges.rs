@@ -119,8 +119,8 @@ pub(super) fn not_finite(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -
     const ODD: &[f32] = &[f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
     let Scene { mut triangles, mut rays, threshold } = soup(rng, triangles, rays, triangle, aim);
 
-    // In a scene, change one triangle in four and one ray in four. In a single pair, change the
-    // triangle, the ray, the interval, or any combination of them.
+    // In a scene, change one triangle in four, one ray in four, and one interval in eight. In a
+    // single pair, change the triangle, the ray, the interval, or any combination of them.
     let alone = triangles.len() == 1 && rays.len() == 1;
     let which = rng.below(7) + 1;
     for triangle in &mut triangles {

@@ -109,7 +109,7 @@ pub(super) fn zero_area(rng: &mut Rng, _: f64, triangles: usize, rays: usize) ->
 }
 
 /// Returns a triangle's two edge vectors from its first corner, and its unit normal, which is zero
-/// for a triangle without area.
+/// for a triangle with zero area.
 fn frame(triangle: &Triangle) -> [Point; 3] {
     let [a, b, c] = triangle.0.map(wide);
     let (p, q) = (add(b, a, -1.0), add(c, a, -1.0));

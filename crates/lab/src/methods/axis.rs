@@ -17,7 +17,8 @@ pub(super) enum Axis<M> {
 }
 
 impl<M: Mask> Axis<M> {
-    /// Returns the axis of each lane's largest component, or z if a NaN makes it undefined.
+    /// Returns the axis of each lane's largest component. If a component is NaN, the axis may not
+    /// be that of the largest.
     #[inline(always)]
     pub(super) fn longest<L: Lanes<Mask = M>>(v: Vec3<L>) -> Self {
         let (ax, ay, az) = (v.x.abs(), v.y.abs(), v.z.abs());

@@ -57,10 +57,10 @@ impl Intersector for EdgeForm {
     }
 }
 
-/// The robust form. Each side's value is computed from its edge and the sum of its ends, so that
-/// two adjacent triangles compute the same value with opposite signs. The test allows a slack of
-/// one rounding unit, relative to the sum of the three values. It loses no hits at an edge, but
-/// counts many of them twice.
+/// The robust form. Each side's value is computed from its edge and the sum of its ends, so two
+/// adjacent triangles get the same value with opposite signs. The test allows a slack of one
+/// rounding unit, relative to the sum of the three values. It loses no hits at an edge, but counts
+/// many of them twice.
 #[derive(Clone, Copy, Debug)]
 pub struct Robust;
 

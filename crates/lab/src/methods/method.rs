@@ -49,7 +49,7 @@ impl Method {
     ///
     /// Returns `None`, and leaves `nearest` unchanged or empty, if the method does not support the
     /// layout. The kernel's modes do not support one lane, because the reference implementation
-    /// already covers it, and their forms for one origin only support rays that share an origin.
+    /// already covers it, and their forms for one origin support only rays that share an origin.
     /// Published methods in f64 do not support 16 lanes, and no method does if 16 f32 values do not
     /// fit in one register.
     ///

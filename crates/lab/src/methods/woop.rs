@@ -1,7 +1,8 @@
 //! The watertight test (S. Woop, C. Benthin, I. Wald, "Watertight ray/triangle intersection",
 //! Journal of Computer Graphics Techniques 2(1), 2013). It shears the scene so that the ray runs
 //! along the longest axis of its direction, and then tests the sides in the plane perpendicular to
-//! that axis. If the value of a side is exactly 0 in f32, it is recomputed in f64.
+//! that axis. If the value of a side is exactly 0 in f32, the values of all three sides are
+//! recomputed in f64.
 
 use intertri::simd::Vec3;
 use intertri::simd::{Lanes, Mask};
@@ -13,7 +14,7 @@ use super::real::{Number, Real};
 /// The watertight test. Without `fall_back`, it computes only in f32, as some implementations do.
 #[derive(Clone, Copy, Debug)]
 pub struct Woop {
-    /// Whether to recompute a side's value in f64 if it is 0 in f32.
+    /// Whether to recompute the sides' values in f64 if one of them is 0 in f32.
     pub fall_back: bool,
 }
 

@@ -8,9 +8,9 @@ use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 
 /// Creates a convex mesh on a grid with spacing `2^-bits` and rays from inside it, each aimed
-/// exactly at a vertex or a quarter point of an edge. If `bits` is at most 18, origins, directions,
-/// and targets are free of rounding; if it is at most 15, the grid of the `fixed` mode also
-/// preserves them. Each ray leaves the mesh at one point.
+/// exactly at a vertex, or at the midpoint or a quarter point of an edge. If `bits` is at most 18,
+/// origins, directions, and targets are free of rounding; if it is at most 15, the grid of the
+/// `fixed` mode also preserves them. Each ray leaves the mesh at one point.
 pub fn closed_mesh(rng: &mut Rng, bits: u32, rays: usize) -> TestBatch {
     let steps = f64::from(1_u32 << bits);
     let stretch = [0; 3].map(|_| 0.5 + 0.49 * rng.unit());

@@ -17,7 +17,8 @@ pub struct Model {
 }
 
 impl Model {
-    /// Creates a model from the triangles that are finite. Returns `None` if there are none.
+    /// Creates a model from the triangles whose coordinates are less than 1e18 in magnitude.
+    /// Returns `None` if there are none, or if all their corners coincide.
     pub fn new(triangles: &[Triangle]) -> Option<Self> {
         let finite = |t: &&Triangle| t.0.as_flattened().iter().all(|x| x.abs() < 1e18);
         let triangles: Vec<_> = triangles.iter().filter(finite).copied().collect();

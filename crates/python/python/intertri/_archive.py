@@ -82,8 +82,8 @@ def read(path: str | os.PathLike[str]) -> tuple[Any, ...]:
         try:
             return _members(file)
         except OSError as error:
-            # A damaged file may contain invalid offsets, which raise these errors. Any other error
-            # comes from the disk.
+            # A damaged file may contain invalid offsets, which raise an `OSError` with `EINVAL` or
+            # without an errno. Any other errno comes from the system.
             if error.errno not in (None, errno.EINVAL):
                 raise
             raise ValueError(f"{NOT_OURS}; {_inputs.READ_IT}") from None

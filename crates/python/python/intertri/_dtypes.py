@@ -46,10 +46,9 @@ CROSSINGS = np.dtype([("signed", "<i8"), ("unsigned", "<i8")])
 NEAREST = np.dtype(
     [(name, "<f8") for name in ("distance", "x", "y", "z", "u", "v")] + [("triangle", "<i4"), ("geometry", "<u4")]
 )
-"""The point of a mesh that is nearest to a given point, 56 bytes in size: its distance, its
-position, its weights as in `HIT`, and its triangle. If there is no such point, the triangle is -1,
-the distance is infinite, and x, y, and z are NaN. ``mesh.hit_points`` returns the points as rows
-(..., 3)."""
+"""The closest point on a mesh to a given point, 56 bytes in size: its distance, its position, its
+weights as in `HIT`, and its triangle. If there is no such point, the triangle is -1, the distance
+is infinite, and x, y, and z are NaN. ``mesh.hit_points`` returns the points as rows (..., 3)."""
 
 SCENE_NEAREST = np.dtype(
     {
@@ -59,8 +58,8 @@ SCENE_NEAREST = np.dtype(
         "itemsize": 64,
     }
 )
-"""The point of a scene that is nearest to a given point, 64 bytes in size: the fields of `NEAREST`,
-and the instance, or -1 if there is no such point."""
+"""The closest point on a scene's instances, 64 bytes in size: the fields of `NEAREST`, and the
+instance, or -1 if there is no such point."""
 
 SEGMENT = np.dtype(
     {

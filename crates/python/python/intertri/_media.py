@@ -19,10 +19,10 @@ from ._mesh import Mesh
 class Media:
     """Closed meshes, each filled with a medium that rays pass through.
 
-    Meshes may be nested, touch, or overlap. If a point is inside several of them, the last one
-    decides, so list them from the outside in. A point outside all of them has the medium -1.
-    Crossings at the same t are processed together, so there is no gap between solids that touch.
-    Answers are always exact.
+    Meshes may be nested, touch, or overlap. If a point is inside several of them, the last one in
+    the list determines its medium, so list them from the outside in. A point outside all of them
+    has the medium -1. Crossings at the same t are processed together, so there is no gap between
+    solids that touch. Answers are always exact.
 
     Parameters
     ----------

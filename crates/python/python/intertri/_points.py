@@ -56,8 +56,8 @@ class PointQueries(RayQueries):
         points : (..., 3)
             A point that is not finite is outside.
         assume_closed : bool
-            If true, the mesh is assumed to be closed without a check, and the crossings of a single
-            ray from each point decide.
+            If true, the mesh is assumed to be closed without a check, and only the crossings of one
+            ray from each point are counted.
         parity : bool
             If true, a point is inside if a ray from it crosses an odd number of faces, regardless
             of their orientation. This is correct for meshes without holes whose faces are oriented
@@ -181,7 +181,7 @@ class PointQueries(RayQueries):
         threads: int | None = None,
         out: NDArray[np.void] | None = None,
     ) -> NDArray[np.void]:
-        """Finds the point of the mesh that is nearest to each point.
+        """Finds the closest point on the mesh to each point.
 
         Parameters
         ----------

@@ -205,7 +205,7 @@ class Triangles:
             try:
                 ratio = tree.refit(corners.reshape(-1), self._faces.reshape(-1), _arrays.threads_of(threads))
             except BaseException:
-                # The tree is only partly refitted, so drop it.
+                # The tree may be only partly refitted, so drop it.
                 self._at = Position(self._at.vertices)
                 raise
             self._at = Position(corners, {self.dtype: tree})

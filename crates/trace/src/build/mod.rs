@@ -166,7 +166,8 @@ pub(crate) fn nodes_over(boxes: &[(Aabb, u32)]) -> Result<(Vec<Node>, usize), No
     Ok((nodes, depth + 1))
 }
 
-/// Groups neighbouring triangles into eights and returns the groups with their bounding boxes.
+/// Puts neighbouring triangles into groups of eight and returns the groups with their bounding
+/// boxes.
 fn in_eights(
     triangles: &(impl Triangles + ?Sized),
     some: &[u32],

@@ -30,7 +30,7 @@ const SHARE: usize = 32;
 /// The maximum number of nodes that are moved.
 const MOST: usize = 2048;
 
-/// The trial moves one in this many of the nodes.
+/// The trial moves only one in this many nodes.
 const FEW: usize = 8;
 
 /// Reinsertion is worthwhile if it lowers the cost by at least this fraction.

@@ -8,12 +8,12 @@ use crate::nearest::ClosestPoint;
 use crate::scalar::BvhScalar;
 
 impl<S: BvhScalar> Bvh<S> {
-    /// Returns the point of the mesh that is closest to a given point, or `None` if its
+    /// Returns the closest point on the mesh to a given point, or `None` if its
     /// [`distance`](ClosestPoint::distance) exceeds `radius`, which may be infinite. A negative or
     /// NaN radius yields `None`. Geometry masks have no effect.
     ///
     /// The returned triangle is the closest one in exact arithmetic. If several triangles are
-    /// equally close, as neighbours often are, the lowest index wins. A triangle without area
+    /// equally close, as neighbours often are, the lowest index wins. A triangle with zero area
     /// counts as the segment or point that its corners span. Triangles with a non-finite corner are
     /// ignored, and a non-finite point has no closest point.
     ///

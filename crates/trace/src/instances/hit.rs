@@ -46,7 +46,7 @@ impl SceneHit {
     }
 }
 
-/// The point of a scene that is closest to a given point.
+/// The point on a scene's instances that is closest to a given point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SceneClosestPoint {
     /// The point. Its triangle and geometry refer to the instance's mesh.

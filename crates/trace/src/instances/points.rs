@@ -15,10 +15,10 @@ use crate::util::threads;
 /// Point queries. As in [`Bvh::closest_point`](crate::Bvh::closest_point) and
 /// [`Solid`](crate::Solid), geometry masks have no effect, but instance masks do.
 impl SceneSnapshot {
-    /// Returns the point of all instances that is closest to a given point, within a radius. The
-    /// result is what [`Bvh::closest_point`](crate::Bvh::closest_point) would find among the
-    /// world-space triangles. If several triangles are equally close, the lower instance number
-    /// wins, then the lower geometry number, then the lower triangle index.
+    /// Returns the point on the instances that is closest to a given point, if it is within a
+    /// radius. The result is what [`Bvh::closest_point`](crate::Bvh::closest_point) would find
+    /// among the world-space triangles. If several triangles are equally close, the lower instance
+    /// number wins, then the lower geometry number, then the lower triangle index.
     ///
     /// ```
     /// use std::sync::Arc;
@@ -70,7 +70,7 @@ impl SceneSnapshot {
             return Containment::Outside;
         }
         // A point on the surface is neither inside nor outside, and counting crossings from it
-        // would depend on the direction. `is_on` is false for triangles without area.
+        // would depend on the direction. `is_on` is false for triangles with zero area.
         let mut search = Search::new(self, point, 0.0);
         if search.any(|triangle| is_on(triangle, point)) {
             return Containment::Surface;

@@ -27,9 +27,9 @@ use path::Path;
 /// from medium to medium.
 ///
 /// Each mesh is a geometry of the hierarchy, in the given order. Meshes may be nested, touch, or
-/// overlap: where several meshes wind around a point, the last one in the list decides, so list
-/// them from the outside in. Where no mesh winds around a point, the medium is `None`, that is, the
-/// outside.
+/// overlap: where several meshes wind around a point, the last one in the list determines its
+/// medium, so list them from the outside in. Where no mesh winds around a point, the medium is
+/// `None`, that is, the outside.
 ///
 /// Every point in space and every part of a ray has exactly one medium. Crossings at the same t are
 /// evaluated together, so touching solids have no gap between them, and the order of crossings is

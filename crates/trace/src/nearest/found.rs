@@ -7,8 +7,7 @@ use intertri::{LeafSlot, Scalar, TriangleId, TriangleOf};
 
 use super::mesh::Mesh;
 
-/// The point of a mesh that is closest to a given point. The type is plain old data, 56 bytes in
-/// size.
+/// The closest point on a mesh to a given point. The type is plain old data, 56 bytes in size.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ClosestPoint {
@@ -43,8 +42,8 @@ impl ClosestPoint {
         geometry: 0,
     };
 
-    /// Returns the point of a finite triangle that is closest to a finite point. The triangle's
-    /// index is not set.
+    /// Returns the closest point on a finite triangle to a finite point. The triangle's index is
+    /// not set.
     pub(crate) fn on<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Self {
         let Closest { distance, weights: [u, v] } = closest(Tier::Float, point, triangle);
         // This weight is used only to compute the point; the distance and the other weights are

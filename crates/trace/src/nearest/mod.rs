@@ -1,4 +1,4 @@
-//! Closest-point queries: find the point of the mesh that is closest to a given point.
+//! Closest-point queries: find the closest point on the mesh to a given point.
 //!
 //! ```text
 //!   boxes      lower bounds in f32 lanes; boxes certainly farther than a known triangle are skipped

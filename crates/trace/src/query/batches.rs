@@ -12,8 +12,8 @@ use crate::util::threads;
 
 /// Batch queries: many rays per call, using all threads.
 ///
-/// Each method returns a new `Vec`. Its `…_into` variant writes to your slice instead and returns
-/// the number of intersection tests. Result `i` belongs to `rays[i]`.
+/// Most methods return a new `Vec`. An `…_into` variant writes to your slice instead, and most of
+/// these variants return the number of intersection tests. Result `i` belongs to `rays[i]`.
 ///
 /// Batches are faster if rays that are adjacent in the slice are also close in space. The fastest
 /// batches are images: rays that share an origin and are stored in rows of any width or in tiles,

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! A triangle keeps its lane in a leaf even if it can no longer be hit: the lane is dead until the
-//! triangle can be hit again. A triangle without area keeps its corners in its lane for
+//! triangle can be hit again. A triangle with zero area keeps its corners in its lane for
 //! closest-point queries.
 
 mod error;
@@ -83,7 +83,7 @@ impl Tree {
         // Before the first refit, compute the original cost for comparison with later costs.
         self.cost_as_built = Some(cost_as_built);
 
-        // Find the triangles that are not in the tree before changing it.
+        // Before changing the tree, find the triangles that are not in the main tree.
         let left_out = self.left_out()?;
         // The second tree is rebuilt, not refitted, because triangles may enter or leave it.
         self.leaves.truncate(self.boxed);

@@ -29,7 +29,7 @@ use crate::tree::LEAF;
 /// ```
 pub const SAVED_MAGIC: [u8; 8] = *b"\x89ITRI\r\n\x1a";
 
-/// The format version. Version 1 omitted triangles without area.
+/// The format version. Version 1 omitted triangles with zero area.
 pub(super) const VERSION: u32 = 2;
 
 /// The size of the header.

@@ -199,7 +199,7 @@ fn other_versions_are_told() {
     let bytes = Bvh::new(&soup(60)).unwrap().to_bytes();
     let text = |bytes: &[u8]| Bvh::<f32>::from_bytes(bytes).unwrap_err().to_string();
     assert!(text(&changed(&bytes, 8, &[3])).contains("newer version"));
-    // Version 1 may have omitted triangles without area.
+    // Version 1 may have omitted triangles with zero area.
     assert!(text(&changed(&bytes, 8, &[1])).contains("version 1"));
     // The third section lists the omitted triangles. Give it an unknown kind, once required and
     // once optional.

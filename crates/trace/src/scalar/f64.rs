@@ -290,7 +290,7 @@ impl Copies<'_> {
     }
 }
 
-/// Copies eight triangles into structure-of-arrays layout.
+/// Copies eight triangles in structure-of-arrays layout to f32.
 struct CopyBlock<'a> {
     frame: &'a LocalFrame,
     corners: &'a [[[f64; BLOCK]; 3]; 3],

@@ -1,4 +1,5 @@
-//! Computes the solid angle of a boundary, which winding numbers add to the crossings of a ray.
+//! Computes the solid angle of a boundary. Added to the crossings of a ray, it gives the winding
+//! number.
 //!
 //! ```text
 //!                 d                 Ω(-d, a, b) = 2 arg Z,
@@ -21,8 +22,8 @@ use super::boundary::Boundary;
 use super::classify::WINDING_DIR;
 use super::seen_corner::{Axes, SeenCorner};
 
-/// A bound on the error of a cross product perpendicular to the ray, relative to the product of the
-/// magnitudes of its factors.
+/// A bound on the error of the cross product of two corners' components perpendicular to the ray,
+/// relative to `room` in `edge_number`.
 const SIDE: f64 = 64.0 * f64::EPSILON;
 
 /// Returns the solid angle of a boundary as seen from a point, as a fraction of the full sphere, to

@@ -13,8 +13,8 @@ use crate::walk::beam::order;
 use crate::walk::single::{SingleRay, TraversalScratch, is_held};
 use crate::walk::{BatchOutput, one_ray};
 
-/// The direction in which crossings are counted. All directions give the same result, but rays in
-/// an irregular direction rarely hit edges exactly.
+/// The direction in which crossings are counted. For a closed mesh, all directions give the same
+/// result, but rays in an irregular direction rarely hit edges exactly.
 pub const WINDING_DIR: [f32; 3] = [0.537_21, 0.351_37, 0.766_91];
 
 /// The number of points to sort at once.

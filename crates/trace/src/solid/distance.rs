@@ -15,7 +15,7 @@ const SLAB: usize = 1 << 16;
 impl<S: BvhScalar> Solid<S> {
     /// Returns the distance from a point to the mesh: negative inside, 0 on a triangle, and
     /// positive outside. The sign follows [`Solid::classify`], and the distance is
-    /// [`ClosestPoint::distance`], which also considers triangles without area. The result is NaN
+    /// [`ClosestPoint::distance`], which also considers triangles with zero area. The result is NaN
     /// if the point is not finite and infinite if there are no triangles.
     ///
     /// ```

@@ -30,7 +30,8 @@ impl<S: BvhScalar> Solid<S> {
     ///
     /// If the coordinates are ascending and the mesh is closed, this method traces only one ray per
     /// column of points along z, which takes a fraction of the time of
-    /// [`classify_batch`](Solid::classify_batch). Otherwise, it classifies the points one by one.
+    /// [`classify_batch`](Solid::classify_batch). Otherwise, or if memory runs out, it classifies
+    /// the points one by one.
     ///
     /// ```
     /// use intertri_trace::{Containment, Solid, intertri::Triangle};

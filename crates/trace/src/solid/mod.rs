@@ -36,8 +36,8 @@ pub use report::{DefectiveEdge, DuplicateTriangle, MeshReport};
 ///
 /// Use [`Solid::new`] for a closed mesh, in which triangles traverse every edge equally often in
 /// both directions. The distinction between inside and outside is then exact. The mesh may have
-/// several parts, intersect itself, and contain duplicate triangles or triangles without area. For
-/// any other mesh, use [`Solid::from_soup`], which decides by winding numbers. Clones share the
+/// several parts, intersect itself, and contain duplicate triangles or triangles with zero area.
+/// For any other mesh, use [`Solid::from_soup`], which rounds winding numbers. Clones share the
 /// hierarchy.
 ///
 /// ```

@@ -7,7 +7,7 @@ use intertri::internal::exact::moment;
 use super::classify::WINDING_DIR;
 
 /// If the square of the ratio of a corner's distance from the ray to its distance along the ray is
-/// below this, the corner's position is computed exactly.
+/// below this, the corner's direction from the ray is computed exactly.
 const NEAR_RAY: f64 = 1.0 / (1_u64 << 60) as f64;
 
 /// The range of magnitudes whose products neither overflow nor underflow.
@@ -22,7 +22,7 @@ const fn pow2(e: i32) -> f64 {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Axes(pub(super) [[f64; 3]; 3]);
 
-/// A corner relative to a point.
+/// A corner relative to a point, up to a positive factor.
 #[derive(Clone, Copy)]
 pub(super) struct SeenCorner {
     /// The components perpendicular to the ray.
@@ -60,8 +60,8 @@ impl Axes {
         SeenCorner { across: [x, y], excess, size }
     }
 
-    /// Handles a corner on or near the ray: computes its perpendicular direction exactly, and half
-    /// the angle between the ray and the direction to the corner.
+    /// Handles a corner on or near the ray: computes its direction from the ray exactly. `half` is
+    /// half the angle between the ray and the direction to the corner.
     #[cold]
     #[inline(never)]
     fn near<S: Scalar>(&self, point: [S; 3], corner: [S; 3], half: f64) -> SeenCorner {

@@ -402,8 +402,8 @@ mod tests {
         }
     }
 
-    /// Tests distant rays: a ray through the tip of a triangle may pass the triangle's centre at
-    /// the same distance as the tip, up to a rounding error that exceeds the margin of the radius.
+    /// Tests distant rays: a ray through the tip of a triangle may be as far from the centre of the
+    /// bounding sphere as the tip is, up to a rounding error that exceeds the margin of the radius.
     #[test]
     fn rays_through_the_tip_of_a_distant_loop() {
         let mut numbers = random();

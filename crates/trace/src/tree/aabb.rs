@@ -6,8 +6,7 @@
 use bytemuck::Zeroable;
 use intertri::Triangle;
 
-/// The closed box `lo <= p <= hi`. Its corners are exactly the minimum and maximum of the points
-/// that it was built from.
+/// The closed box `lo <= p <= hi`. Building a box from a triangle and joining boxes do not round.
 #[derive(Clone, Copy, Debug, PartialEq, Zeroable)]
 #[repr(C, align(16))]
 pub(crate) struct Aabb {
@@ -75,8 +74,9 @@ impl Aabb {
     }
 
     /// Returns a power of two that scales the longest side to about 1, so that no area overflows or
-    /// underflows, whatever the scene's unit of length. Coordinates do not overflow either, unless
-    /// the box is small relative to its distance from the coordinate origin.
+    /// underflows, whatever the scene's unit of length. For a box that is tiny relative to its
+    /// distance from the coordinate origin, the scale is smaller, so that coordinates do not
+    /// overflow either.
     pub(crate) fn scale(&self) -> f32 {
         let side = |k: usize| self.hi[k] as f64 - self.lo[k] as f64;
         let away =

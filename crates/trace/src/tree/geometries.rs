@@ -100,7 +100,7 @@ impl Geometries {
         counts.zip(self.masks.iter().copied())
     }
 
-    /// Returns whether there is only a single mesh, which every mask selects.
+    /// Returns whether there is only a single mesh, with all bits set in its mask.
     pub(crate) fn is_plain(&self) -> bool {
         !self.are_told() && self.masks == [u32::MAX]
     }

@@ -29,7 +29,7 @@ pub struct Tree {
     pub(crate) nodes: Vec<Node>,
     /// The triangles in groups of eight.
     pub(crate) leaves: Vec<Leaf>,
-    /// For each leaf, a mask of the triangles without area. Rays ignore these triangles, but
+    /// For each leaf, a mask of the triangles with zero area. Rays ignore these triangles, but
     /// closest-point queries consider them. The list is empty if no triangle is degenerate.
     pub(crate) degenerate: Vec<u8>,
     /// The number of leaves in the main tree, which come first. The other leaves contain needles,
@@ -64,14 +64,14 @@ impl Tree {
         })
     }
 
-    /// Returns the triangles that are not in the tree, in ascending order. These triangles were not
-    /// finite or had no box when the tree was built.
+    /// Returns the triangles that are not in the main tree, in ascending order. These triangles
+    /// were needles or not finite when the tree was built.
     pub(crate) fn left_out(&self) -> Result<Vec<u32>, NoMemory> {
         let in_tree = || {
             let indices = self.leaves[..self.boxed].iter().flat_map(|leaf| leaf.indices);
             indices.filter(|&index| index != NONE)
         };
-        // In nearly all hierarchies, every triangle is in the tree and no table is needed.
+        // In nearly all hierarchies, every triangle is in the main tree and no table is needed.
         if in_tree().count() == self.triangles {
             return Ok(Vec::new());
         }
@@ -136,7 +136,7 @@ impl Tree {
             levels.push(width);
         }
 
-        // Place the last node first and the root last, so that nodes come after their parents.
+        // Fill in the nodes from the last one to the first, so that each comes after its parent.
         let first = self.nodes.len();
         let mut next = first + levels.iter().sum::<usize>();
         self.nodes.try_reserve(next - first)?;

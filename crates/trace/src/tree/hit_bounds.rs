@@ -1,6 +1,6 @@
 //! Computes the box that contains the exact hits of a triangle. Because of rounding, the reference
-//! implementation may also report hits outside this box. A triangle without area is never hit, but
-//! the tree contains it for closest-point queries.
+//! implementation may also report hits outside this box. A triangle with zero area is never hit,
+//! but the tree contains it for closest-point queries.
 //!
 //! The reference implementation computes the normal in f64, with an error relative to the product
 //! of two edge lengths. The thinner the triangle, the more its computed normal may lean, and the
@@ -18,8 +18,8 @@ use super::aabb::Aabb;
 pub(crate) enum HitBounds {
     /// The triangle is not finite and is never hit.
     Nowhere,
-    /// The triangle has no area and is never hit. In closest-point queries, it counts as a segment
-    /// or point in this box.
+    /// The triangle has zero area and is never hit. In closest-point queries, it counts as a
+    /// segment or point in this box.
     Degenerate(Aabb),
     /// All exact hits are inside the box. The reference implementation may also report hits up to
     /// `lean` outside it.

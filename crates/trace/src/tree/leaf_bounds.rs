@@ -36,7 +36,7 @@ pub(crate) struct LeafBounds {
     pub lean: f32,
     /// A mask of the triangles that are hit in or near their boxes.
     pub boxed: u32,
-    /// A mask of the triangles without area.
+    /// A mask of the triangles with zero area.
     pub degenerate: u32,
     /// A mask of the thin triangles, on which the reference implementation may report hits
     /// arbitrarily far outside their boxes.
@@ -118,12 +118,13 @@ impl LeafBounds {
     pub(crate) const NONE: Self =
         Self { bounds: Aabb::EMPTY, lean: 0.0, boxed: 0, degenerate: 0, thin: 0 };
 
-    /// Returns a mask of the triangles that can be hit in or near their boxes or that have no area.
+    /// Returns a mask of the triangles that can be hit in or near their boxes or that have zero
+    /// area.
     pub(crate) fn present(&self) -> u32 {
         self.boxed | self.degenerate
     }
 
-    /// Adds the given lanes whose triangles have no area.
+    /// Adds the given lanes whose triangles have zero area.
     pub(crate) fn add_degenerate(&mut self, corners: &[[[f32; 8]; 3]; 3], lanes: u32) {
         for lane in lanes_of(lanes) {
             if let HitBounds::Degenerate(bounds) = hit_bounds(&in_lane(corners, lane)) {

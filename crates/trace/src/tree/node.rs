@@ -10,7 +10,7 @@ pub(crate) const EMPTY: u32 = u32::MAX;
 /// The bit that marks a child as a block of triangles. The other bits are the block's index.
 pub(crate) const LEAF: u32 = 1 << 31;
 
-/// The maximum number of leaves. More leaves would need over 170 GB of memory.
+/// The maximum number of leaves. More leaves would need over 200 GB of memory.
 pub(crate) const MOST_LEAVES: usize = 1 << 29;
 
 /// The number of triangles in a block.

@@ -68,8 +68,8 @@ impl BatchOutput<'_> {
         }
     }
 
-    /// Writes the result of a ray unless the result includes t and weights. Returns whether it was
-    /// written.
+    /// Writes the result of a ray, unless t and the weights must still be computed for it. Returns
+    /// whether it was written.
     #[inline(always)]
     pub(crate) fn write(&mut self, ray: usize, closest: &ClosestHit) -> bool {
         match self {

@@ -29,8 +29,9 @@ const PLACE: f64 = SHARE * SHARE / 64.0;
 /// 0.
 const TINY: f64 = f64::from_bits((1023 - 200) << 52);
 
-/// `2^-48`: the side of an edge that the point is on is certain if the edge's value exceeds this
-/// fraction of the product of the lengths.
+/// `2^-48`: it is certain on which side of an edge the point is if the magnitude of the edge's
+/// value exceeds this fraction of the cube of the longest edge times the distance to the edge's
+/// start.
 const SIDE: f64 = 1.0 / (1_u64 << 48) as f64;
 
 /// `2^-60`: if a triangle's longest edge is no longer than this, only the distance to the edges is

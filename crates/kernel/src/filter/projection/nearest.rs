@@ -127,9 +127,10 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
 
     /// Tests N rays against the triangle `seen[number]` and stores each hit that is nearer than the
     /// ray's nearest hit so far. Only the lanes in `live` take part; their points must be on the
-    /// projection, and their intervals must not contain NaN. `settle` decides the undecided lanes.
-    /// Lane i corresponds to its ray `first + i`. This method updates only `counts.undecided`; the
-    /// caller updates `counts.tests`. Returns whether anything may have changed.
+    /// projection, and their intervals must not contain NaN. `settle` decides the undecided lanes,
+    /// in which lane i is the ray `first + i` of `settle.rays`. This method updates only
+    /// `counts.undecided`; the caller updates `counts.tests`. Returns whether anything may have
+    /// changed.
     #[inline(always)]
     pub fn take<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
         &mut self,

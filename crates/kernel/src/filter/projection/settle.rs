@@ -77,8 +77,9 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         self.resolver.known_order(pair, (self.id(ray), [one, other]))
     }
 
-    /// Returns whether a ray hits one triangle before another. The ray must be known to hit both.
-    /// The coefficients of both triangles are cached for other rays.
+    /// Returns whether a ray hits one triangle before another; if both have the same t, the lower
+    /// index comes first. The ray must be known to hit both. The coefficients of both triangles are
+    /// cached for other rays.
     #[inline(always)]
     pub(super) fn is_before(
         &self,

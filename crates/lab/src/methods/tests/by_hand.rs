@@ -60,7 +60,7 @@ fn worked_example<M: Intersector>(intersector: M) {
             let (hit, t) = ask(intersector, corners, ORIGIN, at(u, v));
             assert!(hit == inside && (!hit || (t - 3.0).abs() < 1e-13), "{u} {v}: {hit} {t}");
         }
-        // Misses: a triangle behind the ray, a parallel ray, a triangle without area, and a NaN.
+        // Misses: a triangle behind the ray, a parallel ray, a triangle with zero area, and a NaN.
         assert!(!ask(intersector, corners, ORIGIN, DIR.map(|x| -x)).0);
         assert!(!ask(intersector, corners, ORIGIN, [4.0, 0.0, 4.0]).0);
         assert!(!ask(intersector, [c1, c2, c1], ORIGIN, DIR).0);

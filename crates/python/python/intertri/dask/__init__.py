@@ -110,7 +110,7 @@ def to_zarr(hits: da.Array, path: Any, **options: Any) -> None:
     ``create_array``."""
     import zarr
 
-    # No block of hits contains only fill values, so zarr need not check for that.
+    # Write all chunks, so that zarr need not compare their contents with the fill value.
     options.setdefault("config", {"write_empty_chunks": True})
 
     size = max(hits.chunks[0], default=1) or 1

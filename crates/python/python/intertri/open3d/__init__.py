@@ -284,7 +284,7 @@ class RaycastingScene:
     # ---- Points ----
 
     def compute_closest_points(self, query_points: Any, nthreads: int = 0) -> dict[str, Any]:
-        """Finds the points of the scene that are closest to points (..., 3).
+        """Finds the closest point on the scene for each of the points (..., 3).
 
         Returns geometry_ids and primitive_ids (...) uint32, points and primitive_normals (..., 3),
         and primitive_uvs (..., 2).
@@ -311,7 +311,7 @@ class RaycastingScene:
         """Returns the distances of points (..., 3) to the scene, negative inside: (...).
 
         `compute_occupancy` determines what is inside. ``nsamples`` must be odd but has no effect,
-        because one exact ray decides.
+        because one exact ray is enough.
         """
         _odd(nsamples)
         points, wrap = self._query(query_points, 3, "query_points")

@@ -113,7 +113,8 @@ fn all_transforms(root: &Root) -> Result<Vec<DMat4>, Fault> {
     Ok(transforms)
 }
 
-/// Returns the root nodes of the scene or, if there is no scene, all nodes without a parent.
+/// Returns the root nodes of the default scene, which is scene 0 unless the file names another, or
+/// all nodes without a parent if there are no scenes.
 fn roots(root: &Root) -> Result<Vec<usize>, Fault> {
     let index = root.scene.map_or(0, |scene| scene.value());
     match root.scenes.get(index) {

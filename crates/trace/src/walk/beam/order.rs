@@ -104,15 +104,15 @@ mod tests {
     use crate::util::test_numbers::random;
 
     /// Checks that every point occurs exactly once, and that successive points are close in the
-    /// plane perpendicular to the direction, even if the input contains extreme points.
+    /// plane perpendicular to the direction, even if one point is not finite and two coincide.
     #[test]
     fn neighbours_are_close_across_the_direction() {
         let mut random = random();
         let dir = [0.5, 0.3, 0.8];
         let mut points: Vec<[f32; 3]> = (0..40_000).map(|_| [0; 3].map(|_| random())).collect();
         points[7] = [f32::NAN, 0.0, f32::INFINITY];
-        points[9] = [f32::MAX, -f32::MAX, 0.0];
         points[9] = points[8];
+        points[11] = [f32::MAX, -f32::MAX, 0.0];
         let order = order(&points, dir).unwrap();
         let mut sorted = order.clone();
         sorted.sort_unstable();

@@ -11,7 +11,7 @@ use crate::tree::Tree;
 use crate::util::stop;
 use crate::walk::single::{SlabLanes, TraversalScratch, Walk, octant};
 
-/// The number of beams to skip after a beam that took too much work.
+/// The number of beams to skip after one that could not be formed or took too much work.
 const PATIENCE: usize = 32;
 
 /// Classifies the origins of rays. Rays with the same direction are traced as beams.

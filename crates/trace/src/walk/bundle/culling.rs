@@ -8,7 +8,7 @@ use super::frustum::Frustum;
 use crate::tree::{LEAF, Tree, far_to_near};
 use crate::util::stop;
 
-/// The nodes and leaves still to be visited, each with its depth. The nearest one is on top.
+/// The nodes and leaves still to be visited, each with its depth. The next one to visit is on top.
 pub(super) type Pending = Vec<(u32, f32)>;
 
 /// The bounds of the current rays.

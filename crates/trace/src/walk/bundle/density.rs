@@ -143,7 +143,7 @@ mod tests {
         }
     }
 
-    /// Returns the number of packets that a bundle leaves untraced, and the amount of work.
+    /// Finds the number of packets that a bundle leaves untraced, and the amount of work.
     struct Work<'a>(&'a Bvh, &'a [Ray]);
 
     impl WithSimd for Work<'_> {

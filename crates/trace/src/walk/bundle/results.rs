@@ -16,8 +16,8 @@ pub(super) const NOTHING: u32 = u32::MAX;
 /// buffer the stores of a few dozen hits at most.
 const AHEAD: usize = 40;
 
-/// If fewer rays than this hit a triangle, precomputing the values that they share is not
-/// worthwhile.
+/// If, on average, fewer rays than this hit a triangle, precomputing the values that they share is
+/// not worthwhile.
 const SHARED: u32 = 3;
 
 /// The rays of a packet that hit a triangle.

@@ -15,7 +15,7 @@ use intertri::simd::{Lanes, Mask};
 use intertri::{Ray, Threshold};
 
 /// A ray does not count as ending at the point if it misses the point by more than this fraction of
-/// the point's distance: 2^-20.
+/// the sum of the point's largest coordinate and its distance from the ray's origin: 2^-20.
 const APART: f32 = 1.0 / (1 << 20) as f32;
 
 /// The part of a ray's miss distance that is due to rounding, as a fraction of the ray's length:

@@ -45,7 +45,8 @@ const LEAST: f32 = power_of_two(-120);
 /// A bound on the effect of underflow: 2^-120.
 const TINY: f32 = power_of_two(-120);
 
-/// Coordinates and direction lengths up to this value need no scaling: 2^50.
+/// Coordinates up to this value, and direction lengths between its inverse and this value, need no
+/// scaling: 2^50.
 const PLAIN: f32 = power_of_two(50);
 
 /// The maximum magnitude of a coordinate: 2^124.

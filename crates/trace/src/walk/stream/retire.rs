@@ -32,7 +32,8 @@ impl<'a> Retired<'a> {
         closest: &ClosestHit,
         output: &mut BatchOutput<'_>,
     ) {
-        // If the output does not store t, u, and v, the hit is complete.
+        // If the output does not store t, u, and v, or if the ray hits nothing, the result is
+        // complete.
         if output.write(id.0 as usize, closest) {
             return;
         }

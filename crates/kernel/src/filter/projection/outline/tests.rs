@@ -155,8 +155,8 @@ fn axes(depth: [f64; 3], roll: f64) -> Option<[[f64; 3]; 3]> {
     Some([depth, right, cross(depth, right)])
 }
 
-/// Returns a generator of nineteen random numbers. The ray is near the triangle, so that most of
-/// the projection is relevant.
+/// Returns a generator of nineteen random numbers. The ray's origin is near the triangle, so that
+/// most of the projection is relevant.
 fn start(far: f64, thin: f64) -> impl Fn(&mut Search) -> [f64; 19] {
     move |search| {
         let mut numbers = [0.0; 19].map(|_: f64| search.number());
