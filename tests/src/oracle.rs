@@ -76,7 +76,7 @@ fn shifted(x: IBig, by: i64) -> IBig {
     if by < 0 { x >> by.unsigned_abs() as usize } else { x << by as usize }
 }
 
-/// Returns whether a point is on a triangle. A triangle without area contains no points.
+/// Returns whether a point is on a triangle. A triangle with zero area contains no points.
 pub fn is_on<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> bool {
     let [c1, c2, c3] = triangle.0;
     let (points, _) = integers(&[point, c1, c2, c3]);

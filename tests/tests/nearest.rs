@@ -141,7 +141,7 @@ fn every_tier_is_right_of_every_pair() {
             bounds.most
         );
     }
-    let counts = format!("{pairs} pairs, {ties} ties, {flat} without area");
+    let counts = format!("{pairs} pairs, {ties} ties, {flat} with zero area");
     assert!(pairs > 9000 && ties > 1000 && flat > 1500, "{counts}");
 }
 

@@ -1,5 +1,7 @@
-//! Traces batches of rays. Each thread takes one chunk of rays after another, gathers it from
-//! numpy's arrays into the cache, and traces it there.
+//! Traces batches of rays. Each thread repeatedly takes a band of an image, or a chunk of rays that
+//! do not form an image. It gathers the rays of a band from the NumPy arrays block by block, so
+//! that they are in the cache when they are traced. A chunk is gathered as a whole, or borrowed if
+//! the array contains whole rays.
 
 use intertri::RayOf;
 use pyo3::prelude::*;
@@ -11,7 +13,7 @@ use crate::scalar::Scalar;
 use crate::skip::Skip;
 use crate::source::Source;
 
-/// The number of rays that a thread takes at a time.
+/// The number of rays that a thread takes at a time if the rays do not form an image.
 const CHUNK: usize = 8192;
 
 /// Runs a query with one answer per ray. `none` is an arbitrary initial value.
@@ -47,8 +49,8 @@ pub(crate) fn answers<S: Scalar, A: Copy + Send + Sync>(
                 }
                 done = band.pixels();
             }
-            // Trace the rays that are in no block. These are all rays if the rays are not an image,
-            // or else the pixels of an incomplete last row.
+            // Trace the rays that are in no block. These are all of the piece's rays if they do not
+            // form an image; otherwise, they are the pixels of an incomplete last row.
             let rest = piece.rays.start + done..piece.rays.end;
             if !stop.is_set() && !rest.is_empty() {
                 let skip = rays.skip(rest.clone());

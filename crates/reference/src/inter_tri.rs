@@ -25,8 +25,8 @@
 //!   hit.
 //!
 //! # Edge cases of the listing, kept as they are
-//! - A triangle **without area** has `nrm = 0` and is parallel to every ray. (With a threshold of 0
-//!   nothing is parallel; then `t = 0 / 0` is NaN, and the last line rejects it.)
+//! - A triangle with **zero area** has `nrm = 0` and is parallel to every ray. (With a threshold of
+//!   0, nothing is parallel; then `t = 0 / 0` is NaN, and the last line rejects it.)
 //! - **A miss changes `t`** if an edge test or the last line rejects it; a parallel ray leaves `t`
 //!   unchanged.
 //! - **NaN passes** the parallel test and all three edge tests, because every comparison with it is

@@ -19,8 +19,8 @@
 //!   clockwise if y points up (counter-clockwise on a screen with y downward). An image contains
 //!   outlines of both orientations, so [`ZBuffer::draw`] mirrors the rule for the other
 //!   orientation.
-//! - **Facets without area.** If three vertices are collinear, every `c_kz` is 0 along their line;
-//!   if they are equal, every `c_kz` is 0 everywhere. [`ZBuffer::draw`] skips such facets.
+//! - **Facets with zero area.** If three vertices are collinear, every `c_kz` is 0 along their
+//!   line; if they are equal, every `c_kz` is 0 everywhere. [`ZBuffer::draw`] skips such facets.
 //! - **The depth within a facet** is taken where its plane meets the pixel's projector. For a facet
 //!   of four or more vertices that is not flat, this is the plane with its mean normal through its
 //!   first vertex. The more edge-on a facet is, the less accurate its depth.

@@ -110,7 +110,7 @@ fn every_tier_is_right_of_every_pair() {
             assert!(above, "{point:?}, {one:?}: {}", bounds.most);
         }
     }
-    let counts = format!("{pairs} pairs, {ties} ties, {ends} ends, {flat} without area");
+    let counts = format!("{pairs} pairs, {ties} ties, {ends} ends, {flat} with zero area");
     assert!(pairs > 6000 && ties > 600 && ends > 100 && flat > 1000, "{counts}");
 }
 

@@ -115,7 +115,7 @@ fn on_grids(
             rays += cast(&mut n, &grid, &snapped, grid.snap(inside).unwrap(), effort);
         }
         let all = mesh.len();
-        println!("{name} b={b}: {flat} of {all} without area, from {} points", still.len());
+        println!("{name} b={b}: {flat} of {all} with zero area, from {} points", still.len());
     }
     rays
 }

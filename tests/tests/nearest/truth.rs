@@ -1,7 +1,7 @@
 //! Computes the closest point on a triangle in rational arithmetic, without using any of the
 //! kernel's code. Cramer's rule in the triangle's plane determines whether the closest point is
 //! inside the face. Otherwise it is the nearest among the corners and the closest points on the
-//! edges, each of which is found by clamping a parameter. A triangle without area has no face.
+//! edges, each of which is found by clamping a parameter. A triangle with zero area has no face.
 
 use dashu_ratio::RBig;
 use intertri::{Scalar, TriangleOf};

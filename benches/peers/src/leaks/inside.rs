@@ -1,9 +1,9 @@
 //! Finds points that are certainly inside a closed mesh.
 //!
 //! A ray along x from a point inside crosses the surface an odd number of times. The signs of exact
-//! areas in the yz plane show which triangles the ray crosses. Each point keeps a margin from every
-//! triangle. The margin is wide enough for plain f64 to decide which triangles are ahead, and for
-//! the points to stay inside when `fixed` snaps them and the mesh to a grid.
+//! areas in the yz plane show which triangles the ray crosses. Each point stays at least a margin
+//! away from every triangle. The margin is wide enough for plain f64 to decide which triangles are
+//! ahead, and for the points to stay inside when `fixed` snaps them and the mesh to a grid.
 
 use glam::DVec3;
 use intertri::{Triangle, TriangleOf};
@@ -12,13 +12,13 @@ use robust::{Coord, orient2d};
 
 use crate::scenes::random;
 
-/// The maximum of the number of points times the number of triangles. In a mesh with many
-/// triangles, fewer points are used, and several rays start at each.
+/// The maximum product of the number of points and the number of triangles. If a mesh has many
+/// triangles, fewer points are used, and several rays start at each point.
 const TESTS: usize = 1 << 31;
 /// The margin, as a fraction of the longest side of the bounding box.
 const MARGIN: f32 = 1.0 / 1024.0;
-/// Origins are multiples of this fraction of the longest side, which makes more differences exact
-/// in f32.
+/// Origins are multiples of this fraction of the longest side, rounded down to a power of two. This
+/// makes more differences exact in f32.
 const STEP: f32 = 1.0 / 65536.0;
 /// The number of candidate points per round.
 const ROUND: usize = 1 << 12;
@@ -41,8 +41,9 @@ impl Bounded {
         Self { corners, lo, hi, margin }
     }
 
-    /// Returns whether a ray along x crosses the triangle, or `None` if the point is within the
-    /// margin or the test is undecided.
+    /// Returns whether a ray along x from `p` crosses the triangle. Returns `None` if `p` is in the
+    /// grown box and within the margin of the triangle's plane, or if its projection onto the yz
+    /// plane is on the line through an edge.
     fn crosses(&self, p: [f32; 3]) -> Option<bool> {
         let within = |k: usize| self.lo[k] <= p[k] && p[k] <= self.hi[k];
         if !within(1) || !within(2) || p[0] > self.hi[0] {
@@ -50,7 +51,7 @@ impl Bounded {
         }
         let height = if within(0) { Some(self.height(p)?) } else { None };
 
-        // Find the side of each edge that the point is on, in the yz plane.
+        // In the yz plane, find which side of each edge the point is on.
         let coord = |p: [f32; 3]| Coord { x: p[1], y: p[2] };
         let [a, b, c] = self.corners.map(coord);
         let p = coord(p);
@@ -67,8 +68,8 @@ impl Bounded {
         Some(height.is_none_or(|height| (height < 0.0) == positive))
     }
 
-    /// Returns the height of a point above the triangle's plane, or `None` if it is within the
-    /// margin.
+    /// Returns the signed height of a point above the triangle's plane, or `None` if the point is
+    /// within the margin of the plane.
     fn height(&self, p: [f32; 3]) -> Option<f64> {
         let [a, b, c] = self.corners.map(|p| DVec3::from_array(p.map(f64::from)));
         let p = DVec3::from_array(p.map(f64::from));

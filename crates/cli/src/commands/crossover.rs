@@ -63,7 +63,9 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     drop(bar);
     races.sort_by_key(|race| (race.task != Race::TASKS[0], race.width, race.triangles));
 
-    let what = format!("a ring on a floor; the median of {turns} turns, all threads");
+    let timed =
+        if turns == 1 { "one turn".to_owned() } else { format!("the median of {turns} turns") };
+    let what = format!("a ring on a floor; {timed}, all threads");
     let caption = format!("{}\n{what}", charts.machine);
     charts.picture("crossover", &draw::crossover(&races, &caption))?;
     charts.table("crossover", &races, &what)?;
@@ -88,8 +90,7 @@ fn race(
             if count.differ > count.excused {
                 let (width, height) = raster.size;
                 return Err(Error::new(format!(
-                    "{} pixels of {width}x{height} differ but should not; use render --check \
-                     raster to see them",
+                    "in the {width}x{height} image, {} pixels differ that should not",
                     count.differ - count.excused
                 )));
             }

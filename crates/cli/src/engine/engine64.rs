@@ -23,17 +23,17 @@ impl Engine64 {
     pub(crate) fn check(name: EngineName) -> Result<()> {
         let why = match name {
             EngineName::Exact | EngineName::Oracle => return Ok(()),
-            EngineName::Certified | EngineName::Reference => {
-                "gives the answers of the scalar f64 reference, for f32 coordinates"
+            EngineName::Certified | EngineName::Reference | EngineName::Raster => {
+                "supports only f32 coordinates"
             }
             EngineName::Fixed => "snaps f32 coordinates to its grid",
-            EngineName::Raster => "supports only f32 coordinates",
         };
-        Err(Error::usage(format!("--scalar f64: engine {name} {why}; choose exact or oracle")))
+        Err(Error::usage(format!("--scalar f64: the {name} engine {why}; choose exact or oracle")))
     }
 
-    /// Creates the named engine, which must pass [`Engine64::check`], for the given triangles. If
-    /// `bvh` is given, it is used as the hierarchy over the triangles.
+    /// Creates the named engine, which must pass [`Engine64::check`], for the given triangles. The
+    /// `exact` engine uses `bvh` as its hierarchy, or builds one if `bvh` is `None`. The oracle
+    /// ignores `bvh`.
     pub(crate) fn new(
         name: EngineName,
         triangles: Vec<Triangle64>,

@@ -14,7 +14,7 @@ use intertri_scene::Camera;
 use crate::engine::memory::room;
 use crate::error::Result;
 
-/// The side of a tile in pixels. Its 32×32 rays form one bundle of 1024 rays in the hierarchy.
+/// The side of a tile in pixels. The hierarchy traces a tile's 32×32 rays as one bundle.
 const TILE: u32 = 32;
 
 /// The pixels of an image, tile by tile.
@@ -66,13 +66,13 @@ impl Tiles {
     }
 }
 
-/// Returns all pixels `(x, y)` of an image, in this order.
+/// Returns all pixels `(x, y)` of an image, in tile order.
 pub(crate) fn tiled(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
     let tiles = Tiles::new((width, height));
     (0..width as usize * height as usize).map(move |place| tiles.pixel(place))
 }
 
-/// Returns the camera rays through all pixels, in this order, for measurements.
+/// Returns the camera rays through all pixels, in tile order, for measurements.
 pub(crate) fn primary_rays(camera: &Camera, (width, height): (u32, u32)) -> Result<Vec<Ray>> {
     let mut rays = room(width as usize * height as usize, "rays")?;
     rays.extend(tiled(width, height).map(|(x, y)| camera.ray(x, y, width, height)));
@@ -100,12 +100,13 @@ mod tests {
             let mut seen = tiled(width, height).collect::<Vec<_>>();
             assert_eq!(seen[0], (0, 0));
             assert!(seen.iter().enumerate().all(|(i, &pixel)| tiles.place(pixel) == i));
-            // Each band contains exactly the pixels of its rows.
+            // The first band contains only pixels from the first 32 rows.
             let mut band = tiles.band().min(seen.len());
             assert!(seen[..band].iter().all(|&(_, y)| y < 32));
             seen.sort_unstable_by_key(|&(x, y)| (y, x));
             let rows = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
             assert!(seen.into_iter().eq(rows));
+            // The first tile, if it is whole, contains only pixels from the first 32 columns.
             band = band.min(1024);
             assert!(width < 32 || height < 32 || (0..band).all(|i| tiles.pixel(i).0 < 32));
         }

@@ -71,7 +71,7 @@ impl AdviseReport {
         writeln!(f, "{}, {width}x{height} pixels", model(self.model.as_deref()))?;
         self.rounded.write_line(f)?;
         let lines = [
-            ("triangles", format!("{}, {} without area", needs.triangles, needs.degenerate)),
+            ("triangles", format!("{}, {} with zero area", needs.triangles, needs.degenerate)),
             ("extent", format!("{:.2e}, farthest coordinate {:.2e}", needs.extent, needs.offset)),
             (
                 "smallest",

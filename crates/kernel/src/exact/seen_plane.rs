@@ -1,8 +1,11 @@
 //! A triangle's plane relative to an origin. Comparing the planes of two triangles shows which
 //! triangle a ray meets first. f64 is nearly always precise enough.
 //!
+//! Let n be a triangle's normal, A one of its corners relative to the ray's origin, and d the ray's
+//! direction. Then T is `A·n` and D is `d·n`. Both have error bounds.
+//!
 //! ```text
-//!   t₁ < t₂   where   |T₁ D₂| < |T₂ D₁|        Each T and each D has an error bound.
+//!   t = |T| / |D|, so t₁ < t₂ if and only if |T₁ D₂| < |T₂ D₁|.
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 9, has the bounds and the proof.
@@ -14,8 +17,8 @@ use super::tier::is_f64;
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// `2^-49`, which is `16w`, where w is half an ulp of 1. The errors of T and D are at most half
-/// this value times their permanents.
+/// `2^-49`, which is `16w`, where w is half an ulp of 1. Apart from second-order terms, the errors
+/// of T and D are at most `8w` and `7w` times their permanents.
 const BOUND: f64 = 16.0 * (f64::EPSILON / 2.0);
 
 /// A triangle's plane relative to the origin of rays that are known to hit the triangle.
@@ -26,7 +29,7 @@ pub struct SeenPlane<S = f32> {
     n: Vec3<f64>,
     /// The permanents of the normal, times `BOUND`.
     n_err: Vec3<f64>,
-    /// |T| and twice its error bound.
+    /// |T|, and the permanent of T times `BOUND`, or NaN if nothing is certain.
     num: f64,
     num_err: f64,
 }
@@ -75,7 +78,7 @@ impl<S: Scalar> SeenPlane<S> {
         is_sure.then_some(if gap < 0.0 { Ordering::Less } else { Ordering::Greater })
     }
 
-    /// Returns |D| and twice its error bound.
+    /// Returns |D| and the permanent of D times `BOUND`.
     #[inline(always)]
     fn den(&self, dir: Vec3<f64>) -> (f64, f64) {
         (self.n.dot(dir).abs(), self.n_err.dot(dir.abs()))
@@ -94,8 +97,8 @@ mod tests {
     use crate::exact::{Tier, order_from};
     use crate::{Ray64, TriangleOf};
 
-    /// Tests triangles that coincide up to a few rounding errors, including triangles so small or
-    /// so large that products of four coordinates underflow or overflow.
+    /// Tests triangles that a ray meets at almost the same t, including triangles so small or so
+    /// large that products of six coordinates underflow or overflow.
     #[test]
     fn what_is_sure_of_f64_is_what_integers_say() {
         let mut random = random();

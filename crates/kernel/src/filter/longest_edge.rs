@@ -1,7 +1,7 @@
 //! Upper bounds on the longest edges of triangles, computed in f32.
 //!
-//! A block of triangles stores its longest edges, which are computed in f64. A triangle that is
-//! tested only once does not need that precision: any upper bound on its longest edge is valid.
+//! A block of triangles stores the longest edge of each triangle, computed in f64. A triangle that
+//! is tested only once does not need that precision: any upper bound on its longest edge is valid.
 //! `docs/numerics/certified.md`, section 11, has the proof.
 
 use crate::packet::SHORTEST;
@@ -69,7 +69,8 @@ mod tests {
         for i in 0..9 * all.len() * all.len() {
             let mut corners = [[0.0, 0.1, 0.2], [1.0, 0.3, 0.1], [0.4, 2.0, 0.7_f32]];
             if i % 2 == 0 {
-                // Use coordinates whose differences cancel.
+                // Use nearly equal coordinates, so that their differences suffer from
+                // cancellation.
                 corners = corners.map(|c| c.map(|x| 1.0 + 1e-7 * x));
             }
             corners.as_flattened_mut()[i % 9] = all[i / 9 % all.len()];
@@ -90,8 +91,8 @@ mod tests {
                     let at = || format!("{h:e} of {corners:?}, {}", level.name());
                     assert!(!far || h.is_nan(), "{}", at());
                     assert!(h.is_nan() || f64::from(h) > longest && h >= SHORTEST, "{}", at());
-                    // The sum of all edges and the corner may exceed the limit even if each term is
-                    // below the limit.
+                    // The sum of the norms of the edges and of the corner may exceed
+                    // `bound::LARGEST` even if each of them is below it.
                     let near = corners.as_flattened().iter().all(|x| x.abs() <= 1e9);
                     let limit = longest * most + 2.0 * f64::from(SHORTEST);
                     assert!(!(sane && near) || f64::from(h) <= limit, "{}", at());

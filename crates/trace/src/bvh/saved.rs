@@ -59,8 +59,9 @@ impl<S: BvhScalar> Bvh<S> {
     ///
     /// # Errors
     /// Returns an error if the bytes are not a saved hierarchy; are damaged, truncated, or followed
-    /// by more bytes; were written by a later version; need more memory than is available; or store
-    /// coordinates of the other scalar type ([`LoadError::Scalar`]).
+    /// by more bytes; were written by a later version or in version 1 of the format
+    /// ([`LoadError::Older`]); need more memory than is available; or store coordinates of the
+    /// other scalar type ([`LoadError::Scalar`]).
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, LoadError> {
         let mut input = Slice::new(bytes);
         let bvh = Self::read(&mut input)?;
@@ -80,6 +81,7 @@ impl<S: BvhScalar> Bvh<S> {
     ///
     /// # Errors
     /// Returns the same errors as [`Bvh::from_bytes`], and an error if the stream cannot be read.
+    /// Bytes after the hierarchy are not an error.
     pub fn read_from(input: impl Read) -> Result<Self, LoadError> {
         let (tree, originals) = S::read(&mut Stream::new(input, 0))?;
         Ok(Self::of_parts(tree, originals))

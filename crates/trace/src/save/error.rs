@@ -67,14 +67,17 @@ impl fmt::Display for LoadError {
                 write!(f, "written by a newer version ({what}); save it again with this one")
             }
             Self::Older => f.write_str(
-                "the saved hierarchy has version 1, which omits triangles without area; build it again",
+                "the saved hierarchy has version 1, which omits triangles with zero area; \
+                 build it again",
             ),
             Self::Scalar { found } => {
                 write!(f, "the coordinates of the saved hierarchy are {found}: load it as such")
             }
             Self::CutOff => f.write_str("the saved hierarchy is cut off"),
             Self::Damaged { what } => write!(f, "the saved hierarchy is damaged: {what}"),
-            Self::OutOfMemory => f.write_str("the saved hierarchy needs more memory than is available"),
+            Self::OutOfMemory => {
+                f.write_str("the saved hierarchy needs more memory than is available")
+            }
             Self::Io(error) => write!(f, "cannot read it: {error}"),
         }
     }

@@ -323,7 +323,7 @@ fn answers_do_not_depend_on_the_level() {
     }
 }
 
-/// Triangles without area can be closest to a point, but no ray hits them, and they enclose
+/// Triangles with zero area can be closest to a point, but no ray hits them, and they enclose
 /// nothing.
 #[test]
 fn triangles_without_an_area_are_near_points_alone() {

@@ -1,5 +1,5 @@
 //! Tests ray and point queries of instanced scenes in rare cases: hidden geometries, needles,
-//! triangles without area, and equal distances.
+//! triangles with zero area, and equal distances.
 
 use std::sync::Arc;
 
@@ -134,7 +134,7 @@ fn triangles_get_an_area_by_rounding() {
     assert!(surfaces > 100, "{surfaces} {hits}");
 }
 
-/// No point is on or inside a triangle without area, even if the triangle is degenerate only in
+/// No point is on or inside a triangle with zero area, even if the triangle is degenerate only in
 /// world space.
 #[test]
 fn flat_triangles_are_no_surface() {
