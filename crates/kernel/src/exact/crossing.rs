@@ -2,15 +2,13 @@
 
 use core::cmp::Ordering;
 
-use super::float::{self, Decided};
+use super::float::Decided;
 use super::input::{is_finite, is_plain, pair};
 use super::interval::Interval;
 use super::numbers::{Numbers, Pair, Scales};
 use super::one_pair;
 use super::quotient::Quotient;
 use super::tier::{Tier, at_tier, is_f64};
-use crate::packet::RayLanes;
-use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
 
 /// The rule that determines which triangles own a shared edge or corner.
@@ -69,9 +67,7 @@ pub(super) fn in_float<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &Triangl
     if runs_along(ray, triangle) {
         return InFloat::Miss;
     }
-    let corners = triangle.0.map(|corner| Vec3::<f64>::splat(corner.map(Into::into)));
-    let (Decided { miss, closed, inside, leaves }, t) =
-        float::decide_with_t(corners, &RayLanes::of_ray(ray));
+    let (Decided { miss, closed, inside, leaves }, t) = one_pair::decide(ray, triangle);
     if miss {
         return InFloat::Miss;
     }
@@ -108,7 +104,8 @@ pub fn crossing_from<S: Scalar>(
 pub enum PairDecision {
     /// The ray does not hit the triangle within its interval.
     Miss,
-    /// The ray hits the triangle within its interval, and t is in `t_lo..=t_hi`.
+    /// The ray hits the triangle within its interval, and t is in `t_lo..=t_hi`. If t has no useful
+    /// bounds, they are 0 and infinity.
     Hit {
         /// The lower bound on t.
         t_lo: f32,
@@ -117,6 +114,11 @@ pub enum PairDecision {
     },
     /// The error bound decides nothing.
     Undecided,
+}
+
+impl PairDecision {
+    /// A hit whose t has no bounds.
+    pub const HIT_ANYWHERE: Self = Self::Hit { t_lo: 0.0, t_hi: f32::INFINITY };
 }
 
 /// Decides whether a ray hits a triangle within its interval, and about where, if f64 and its error
@@ -134,11 +136,19 @@ pub fn decide_pair<S: Scalar>(
             // overflow or become 0.
             let are_close = hi - lo <= lo * CLOSE;
             if !(are_close && lo >= LIMITS[0] && hi <= LIMITS[1]) {
-                return PairDecision::Undecided;
+                return PairDecision::HIT_ANYWHERE;
             }
             PairDecision::Hit { t_lo: f32_bounds(lo).0, t_hi: f32_bounds(hi).1 }
         }
     }
+}
+
+/// Returns whether a ray hits a triangle within its interval, for a pair that [`decide_pair`] has
+/// left undecided.
+pub fn hit_undecided<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
+    // For f32, integers do not use this.
+    let plain = const { is_f64::<S>() } && is_plain(ray, triangle);
+    by_integers(Tier::Float, rule, ray, triangle, plain).is_some()
 }
 
 /// The largest relative difference between the bounds on t that are worth keeping: 2^-24.
@@ -337,7 +347,7 @@ mod tests {
         assert!(lo <= t && (t <= hi || hi < 0.0), "{ray:?} {triangle:?}: {lo} {t} {hi}");
         if let PairDecision::Hit { t_lo, t_hi } = decide_pair(Rule::Closed, ray, triangle) {
             assert!(f64::from(t_lo) <= t && t <= f64::from(t_hi), "{ray:?} {triangle:?}");
-            assert!(t_hi <= t_lo.next_up().next_up());
+            assert!(t_hi <= t_lo.next_up().next_up() || t_hi == f32::INFINITY);
         }
         (hi > lo && hi.is_finite()).then(|| (t - 0.5 * (lo + hi)).abs() / (0.5 * (hi - lo)))
     }

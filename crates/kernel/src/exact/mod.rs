@@ -50,7 +50,7 @@ pub use closest::{
     Closest, Feature, Squares, closer, closer_from, closest, feature, feature_from, squares,
 };
 pub(crate) use crossing::f32_bounds;
-pub use crossing::{PairDecision, Rule, Side, crossing_from, decide_pair};
+pub use crossing::{PairDecision, Rule, Side, crossing_from, decide_pair, hit_undecided};
 pub use facing::facing;
 pub use float::{Decided, decide};
 pub use hit_coefficients::HitCoefficients;

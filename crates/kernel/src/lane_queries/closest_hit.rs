@@ -182,12 +182,12 @@ impl ClosestHit {
             Some(Ordering::Greater) => {}
             // Both have the same t, so the index decides, and t is not needed.
             Some(Ordering::Equal) => {
-                if triangle < self.triangle && pairs.meets(lane) {
+                if triangle < self.triangle && pairs.meets_undecided(lane) {
                     (self.triangle, self.slot) = (triangle, slot);
                 }
             }
             Some(Ordering::Less) | None => {
-                if let Some(t) = pairs.hit(lane) {
+                if let Some(t) = pairs.hit_undecided(lane) {
                     self.offer_known(t, new, lane, pairs);
                 }
             }
@@ -369,7 +369,7 @@ mod tests {
         fn decide(&self, _: usize) -> PairDecision {
             PairDecision::Undecided
         }
-        fn hit(&self, lane: usize) -> Option<f64> {
+        fn hit_undecided(&self, lane: usize) -> Option<f64> {
             Some(self.1[lane]).filter(|&t| t < f64::from(self.0))
         }
         fn t(&self, lane: usize) -> f64 {

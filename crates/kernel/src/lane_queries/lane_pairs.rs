@@ -39,6 +39,18 @@ pub(crate) trait LanePairs {
         self.resolver().meets(&self.ray(lane), &self.triangle(lane), self.ids(lane))
     }
 
+    /// Returns the t of a lane's pair that [`LanePairs::decide`] has left undecided, if it is a hit.
+    #[inline(always)]
+    fn hit_undecided(&self, lane: usize) -> Option<f64> {
+        self.resolver().hit_undecided(&self.ray(lane), &self.triangle(lane), self.ids(lane))
+    }
+
+    /// Returns whether a lane's pair that [`LanePairs::decide`] has left undecided is a hit.
+    #[inline(always)]
+    fn meets_undecided(&self, lane: usize) -> bool {
+        self.resolver().meets_undecided(&self.ray(lane), &self.triangle(lane), self.ids(lane))
+    }
+
     /// Returns the t of a lane's pair, which must be a hit.
     #[inline(always)]
     fn t(&self, lane: usize) -> f64 {

@@ -146,6 +146,9 @@ impl Filter<'_> {
             return;
         }
         verdicts.keep(keep(verdicts.lanes()));
+        if verdicts.undecided != 0 {
+            verdicts.undecided &= !self.parallel_lanes(ray, block);
+        }
         let pairs = RayOnBlock { resolver: self.resolver(), ray, id: *id, block, first, find };
         closest.offer_block(&verdicts, indices, first, &pairs);
     }

@@ -4,13 +4,7 @@
 use core::cmp::Ordering;
 
 use crate::exact;
-use crate::exact::Rule;
 use crate::{Hit, Ray, Triangle, TriangleId};
-
-/// See [`Resolver::hit`](super::Resolver::hit).
-pub(super) fn hit(rule: Rule, ray: &Ray, triangle: &Triangle) -> Option<f64> {
-    exact::hit(rule, ray, triangle).then(|| exact::t(ray, triangle))
-}
 
 /// See [`Resolver::t`](super::Resolver::t).
 pub(super) fn t(ray: &Ray, triangle: &Triangle) -> f64 {

@@ -85,26 +85,58 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Returns the t of the hit, rounded to f64, if the ray hits the triangle within its interval.
+    /// Returns whether the ray hits the triangle within its interval, for a pair that
+    /// [`Resolver::decide`] has left undecided.
     #[cold]
     #[inline(never)]
-    pub fn hit(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> Option<f64> {
+    pub fn meets_undecided(
+        self,
+        ray: &Ray,
+        triangle: &Triangle,
+        (id, slot): (RayId, LeafSlot),
+    ) -> bool {
         match self {
-            Self::Document(threshold) => document::hit(ray, triangle, threshold),
-            Self::Exact(rule) => exact::hit(rule, ray, triangle),
-            Self::Originals(originals) => originals.hit(id, slot),
+            Self::Document(threshold) => document::hit(ray, triangle, threshold).is_some(),
+            Self::Exact(rule) => crate::exact::hit_undecided(rule, ray, triangle),
+            Self::Originals(originals) => originals.meets_undecided(id, slot),
         }
+    }
+
+    /// Returns the t of the hit, rounded to f64, for a pair that [`Resolver::decide`] has left
+    /// undecided, if the ray hits the triangle within its interval.
+    #[inline]
+    pub fn hit_undecided(
+        self,
+        ray: &Ray,
+        triangle: &Triangle,
+        ids: (RayId, LeafSlot),
+    ) -> Option<f64> {
+        if let Self::Document(threshold) = self {
+            return document::hit(ray, triangle, threshold);
+        }
+        self.meets_undecided(ray, triangle, ids).then(|| self.t(ray, triangle, ids))
     }
 
     /// Returns whether the ray hits the triangle within its interval. This is faster than
     /// [`Resolver::hit`] if you do not need t.
     #[cold]
     #[inline(never)]
-    pub fn meets(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> bool {
-        match self {
-            // Signs are enough here, whereas computing t exactly may require an integer division.
-            Self::Exact(rule) => crate::exact::hit(rule, ray, triangle),
-            _ => self.hit(ray, triangle, (id, slot)).is_some(),
+    pub fn meets(self, ray: &Ray, triangle: &Triangle, ids: (RayId, LeafSlot)) -> bool {
+        match self.decide(ray, triangle, ids) {
+            PairDecision::Miss => false,
+            PairDecision::Hit { .. } => true,
+            PairDecision::Undecided => self.meets_undecided(ray, triangle, ids),
+        }
+    }
+
+    /// Returns the t of the hit, rounded to f64, if the ray hits the triangle within its interval.
+    #[cold]
+    #[inline(never)]
+    pub fn hit(self, ray: &Ray, triangle: &Triangle, ids: (RayId, LeafSlot)) -> Option<f64> {
+        match self.decide(ray, triangle, ids) {
+            PairDecision::Miss => None,
+            PairDecision::Hit { .. } => Some(self.t(ray, triangle, ids)),
+            PairDecision::Undecided => self.hit_undecided(ray, triangle, ids),
         }
     }
 

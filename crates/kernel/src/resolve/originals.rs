@@ -17,9 +17,9 @@ pub trait Originals: fmt::Debug + Sync {
     /// traversal.
     fn decide(&self, ray: RayId, slot: LeafSlot) -> PairDecision;
 
-    /// Returns the t of the hit in units of the traversal, correctly rounded, if the ray hits the
-    /// triangle within its interval.
-    fn hit(&self, ray: RayId, slot: LeafSlot) -> Option<f64>;
+    /// Returns whether the ray hits the triangle within its interval, for a pair that
+    /// [`Originals::decide`] has left undecided.
+    fn meets_undecided(&self, ray: RayId, slot: LeafSlot) -> bool;
 
     /// Returns the t of a hit in units of the traversal, correctly rounded. The ray must be known
     /// to hit the triangle.

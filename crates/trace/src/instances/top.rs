@@ -6,8 +6,8 @@ use intertri::simd::{Lanes, Vec3};
 
 use super::matrix::TreeRay;
 use crate::build::nodes_over;
-use crate::scalar::crowd;
 use crate::tree::{Aabb, Node, Tree};
+use crate::util::crowd::crowd;
 use crate::util::memory::{NoMemory, room};
 
 /// A tree over the boxes of instances, in f32 relative to the centre of the scene.

@@ -21,6 +21,7 @@ use crate::nearest::{ClosestPoint, closest_points};
 use crate::refit::{Refit, RefitError};
 use crate::save::{EightTriangles, Input, LoadError, read64, write64};
 use crate::tree::{Aabb, BLOCK, HitBounds, LeafBounds, NONE, Tree};
+use crate::util::crowd::crowd;
 use crate::util::lane_ops::lanes_of;
 use crate::util::memory::{NoMemory, OutOfMemory, copied, zeros};
 use crate::util::threads;
@@ -181,9 +182,6 @@ impl Backend for f64 {
     }
 }
 
-/// The number of points sampled to estimate where most points are.
-const SAMPLE: usize = 1000;
-
 /// Returns the frame around all finite triangles.
 fn frame_around(triangles: &[Triangle64]) -> LocalFrame {
     let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
@@ -197,24 +195,6 @@ fn frame_around(triangles: &[Triangle64]) -> LocalFrame {
         }
     }
     LocalFrame::around([lo, hi], crowd(triangles.iter().map(|triangle| triangle.0[0])))
-}
-
-/// Estimates, from a sample, the box that contains most points.
-pub(crate) fn crowd(points: impl ExactSizeIterator<Item = [f64; 3]>) -> [[f64; 3]; 2] {
-    let step = points.len().div_ceil(SAMPLE).max(1);
-    let some = points.step_by(step);
-    let some: Vec<[f64; 3]> = some.filter(|corner| corner.iter().all(|x| x.is_finite())).collect();
-    let mut crowd = [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]];
-    for k in 0..3 {
-        let mut along: Vec<f64> = some.iter().map(|corner| corner[k]).collect();
-        along.sort_unstable_by(f64::total_cmp);
-        // Ignore a tenth of the points at each end of the axis.
-        if let Some(last) = along.len().checked_sub(1) {
-            crowd[0][k] = along[last / 10];
-            crowd[1][k] = along[last - last / 10];
-        }
-    }
-    crowd
 }
 
 /// The triangles of a mesh, to be copied to f32.
@@ -356,16 +336,15 @@ impl Originals for CopiedRays<'_> {
         match exact::decide_pair(self.rule, ray, triangle) {
             // The copy's t is scaled, so the bounds do not apply. This is rare.
             PairDecision::Hit { .. } if self.originals.frame.exponent(ray) != 0 => {
-                PairDecision::Undecided
+                PairDecision::HIT_ANYWHERE
             }
             decision => decision,
         }
     }
 
-    fn hit(&self, ray: RayId, slot: LeafSlot) -> Option<f64> {
-        let (original, triangle) = self.pair(ray, slot);
-        // The signs are decided on the original coordinates; t is computed only for hits.
-        exact::hit(self.rule, original, triangle).then(|| self.t(ray, slot))
+    fn meets_undecided(&self, ray: RayId, slot: LeafSlot) -> bool {
+        let (ray, triangle) = self.pair(ray, slot);
+        exact::hit_undecided(self.rule, ray, triangle)
     }
 
     fn t(&self, ray: RayId, slot: LeafSlot) -> f64 {

@@ -11,8 +11,6 @@ mod f32;
 mod f64;
 mod mesh64;
 
-pub(crate) use self::f64::crowd;
-
 use std::fmt::Debug;
 use std::io::{self, Write};
 use std::ops::Range;

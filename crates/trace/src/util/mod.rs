@@ -1,6 +1,7 @@
 //! Helpers that do not depend on rays: lane operations, threads, fallible allocation, prefetching,
 //! and cancellation.
 
+pub(crate) mod crowd;
 pub(crate) mod lane_ops;
 pub(crate) mod memory;
 pub(crate) mod patience;

@@ -2,7 +2,7 @@
 
 use super::frame::{Points, at};
 use super::outline::Outline;
-use super::settle::Settle;
+use super::settle::{HitOrTie, Settle};
 use super::starts::Ranges;
 use crate::exact::PairDecision;
 use crate::filter::Counts;
@@ -284,23 +284,16 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
                     PairDecision::Hit { t_lo, t_hi } => {
                         bounds = (one.inverse(t_hi).0, one.inverse(t_lo).1);
                     }
-                    PairDecision::Undecided => {
-                        // If the triangle is behind the nearest hit so far, it does not matter
-                        // whether it is hit. If both have the same t, for example at a shared edge,
-                        // the lower index wins.
-                        if let Some(other) = other
-                            && let Some(order) = settle.known_order(ray, slot, other)
-                            && order.is_ge()
-                        {
-                            let is_lower = (settle.index)(slot) < (settle.index)(other);
-                            if order.is_eq() && is_lower && settle.meets(slot, ray) {
-                                numbers[lane] = bits;
-                            }
+                    PairDecision::Undecided => match settle.hit_or_tie(slot, ray, other) {
+                        HitOrTie::Behind => continue,
+                        HitOrTie::Tie => {
+                            numbers[lane] = bits;
                             continue;
                         }
-                        let Some(t) = settle.hit(slot, ray) else { continue };
-                        bounds = if sure { bounds } else { one.inverse(t as f32) };
-                    }
+                        HitOrTie::Hit(t) => {
+                            bounds = if sure { bounds } else { one.inverse(t as f32) };
+                        }
+                    },
                 }
             }
 

@@ -16,7 +16,7 @@ use crate::{LeafSlot, Ray, RayId, Triangle};
 /// let (find, index) = (|LeafSlot(slot)| triangles[slot as usize], |LeafSlot(slot)| slot);
 /// let settle =
 ///     Settle { resolver: Resolver::Document(0.0), rays: &rays, first: RayId(0), find, index, reversed: false };
-/// assert_eq!((settle.hit(LeafSlot(0), 0), settle.hit(LeafSlot(1), 0)), (Some(3.0), Some(5.0)));
+/// assert!(settle.meets(LeafSlot(0), 0) && settle.meets(LeafSlot(1), 0));
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Settle<'a, T, I> {
@@ -53,26 +53,54 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
 
     /// Returns whether a ray hits the triangle within its interval.
     #[inline(always)]
-    pub(super) fn meets(&self, slot: LeafSlot, ray: usize) -> bool {
+    pub fn meets(&self, slot: LeafSlot, ray: usize) -> bool {
         self.resolver.meets(&self.rays[ray], &(self.find)(slot), (self.id(ray), slot))
     }
 
-    /// Returns the t of a ray if it hits the triangle within its interval.
+    /// Returns whether a ray hits the triangle, for a pair that [`Settle::decide`] has left
+    /// undecided.
     #[inline(always)]
-    pub fn hit(&self, slot: LeafSlot, ray: usize) -> Option<f64> {
+    fn meets_undecided(&self, slot: LeafSlot, ray: usize) -> bool {
         let ids = (self.id(ray), slot);
-        let t = self.resolver.hit(&self.rays[ray], &(self.find)(slot), ids);
-        if self.reversed { t.map(|_| 0.0) } else { t }
+        self.resolver.meets_undecided(&self.rays[ray], &(self.find)(slot), ids)
+    }
+
+    /// Settles a pair that [`Settle::decide`] has left undecided. `other` is the triangle that the
+    /// ray is known to hit, if any.
+    #[inline(always)]
+    pub(super) fn hit_or_tie(
+        &self,
+        slot: LeafSlot,
+        ray: usize,
+        other: Option<LeafSlot>,
+    ) -> HitOrTie {
+        // If the triangle is behind the other one, it does not matter whether it is hit. If both
+        // have the same t, for example at a shared edge, the lower index wins.
+        if let Some(other) = other
+            && let Some(order) = self.known_order(ray, slot, other)
+            && order.is_ge()
+        {
+            let is_lower = (self.index)(slot) < (self.index)(other);
+            let wins = order.is_eq() && is_lower && self.meets_undecided(slot, ray);
+            return if wins { HitOrTie::Tie } else { HitOrTie::Behind };
+        }
+        self.hit_undecided(slot, ray).map_or(HitOrTie::Behind, HitOrTie::Hit)
+    }
+
+    /// Returns the t of a ray if it hits the triangle, for a pair that [`Settle::decide`] has left
+    /// undecided.
+    #[inline(always)]
+    fn hit_undecided(&self, slot: LeafSlot, ray: usize) -> Option<f64> {
+        if self.reversed {
+            return self.meets_undecided(slot, ray).then_some(0.0);
+        }
+        let ids = (self.id(ray), slot);
+        self.resolver.hit_undecided(&self.rays[ray], &(self.find)(slot), ids)
     }
 
     /// Returns which of two triangles a ray hits first, if that is known without computing t.
     #[inline(always)]
-    pub(super) fn known_order(
-        &self,
-        ray: usize,
-        one: LeafSlot,
-        other: LeafSlot,
-    ) -> Option<Ordering> {
+    fn known_order(&self, ray: usize, one: LeafSlot, other: LeafSlot) -> Option<Ordering> {
         let pair = || (self.rays[ray], [(self.find)(one), (self.find)(other)]);
         self.resolver.known_order(pair, (self.id(ray), [one, other]))
     }
@@ -111,6 +139,16 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         });
         seen
     }
+}
+
+/// What is known of a pair that f64 could not decide.
+pub(super) enum HitOrTie {
+    /// A miss, or a hit that does not come before the other one.
+    Behind,
+    /// A hit with the same t as the other one and a lower index.
+    Tie,
+    /// A hit with this t, which may come before or after the other one.
+    Hit(f64),
 }
 
 /// The triangle whose coefficients were computed last.

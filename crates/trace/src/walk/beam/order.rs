@@ -9,6 +9,7 @@
 use std::mem::replace;
 
 use super::tube::Across;
+use crate::util::crowd::crowd;
 use crate::util::memory::{NoMemory, zeros};
 use crate::util::threads;
 
@@ -70,6 +71,19 @@ impl Strips {
                 }
             }
         }
+        // A few points far away would make all other points share a cell. Limit the rectangle to
+        // the surroundings of most points; the others go to the cells at its sides.
+        let most = crowd(points.iter().map(|&point| {
+            let [a, b] = across.place(point.map(Into::into));
+            [a, b, 0.0]
+        }));
+        for k in 0..2 {
+            let size = most[1][k] - most[0][k];
+            if size > 0.0 {
+                lo[k] = lo[k].max(most[0][k] - 0.5 * size);
+                hi[k] = hi[k].min(most[1][k] + 0.5 * size);
+            }
+        }
         let [width, height] = [0, 1].map(|k| (hi[k] - lo[k]).max(f64::MIN_POSITIVE));
         // If points are extremely far apart, a width may be infinite and the ratio NaN. In that
         // case, use the maximum.
@@ -104,7 +118,8 @@ mod tests {
     use crate::util::test_numbers::random;
 
     /// Checks that every point occurs exactly once, and that successive points are close in the
-    /// plane perpendicular to the direction, even if one point is not finite and two coincide.
+    /// plane perpendicular to the direction, even if one point is not finite, one is very far away,
+    /// and two coincide.
     #[test]
     fn neighbours_are_close_across_the_direction() {
         let mut random = random();
