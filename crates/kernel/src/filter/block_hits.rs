@@ -148,7 +148,7 @@ mod tests {
                 0 => (wall, 0.0),
                 1 => (wall, -0.0),
                 2 => (wall - unit, 0.0),
-                _ => (wall, 1e-44),
+                _ => (wall.next_down(), 1e-44),
             };
             let ray = Ray::new(origin, dir);
             let lanes = filter.parallel_lanes(&ray, &TriangleBlock::<8>::new(&triangles));
