@@ -6,8 +6,6 @@ use crate::simd::{Lanes, Mask, Simd};
 use super::edges::{Edges, Rays, Triangles};
 use super::verdicts::Verdicts;
 use super::{Counts, Filter, PreparedRay};
-use crate::Ray;
-use crate::resolve::Resolver;
 
 /// The hits of a ray on the triangles in a block. A lane that is in neither `sure` nor `undecided`
 /// is a miss.
@@ -51,29 +49,6 @@ pub struct BlockHits {
 }
 
 impl Filter<'_> {
-    /// Returns the lanes whose triangles are perpendicular to an axis along which the ray's
-    /// direction is 0. Then D is exactly 0, so the ray hits none of them. A ray in the plane of a
-    /// floor or a wall is undecided for all of its triangles, and asking the resolver eight times
-    /// takes much longer. Only an exact resolver on the coordinates themselves is told of this.
-    #[cold]
-    #[inline(never)]
-    pub(crate) fn parallel_lanes<const N: usize>(
-        &self,
-        ray: &Ray,
-        block: &TriangleBlock<N>,
-    ) -> u32 {
-        let (mut lanes, is_exact) = (0, matches!(self.resolver, Resolver::Exact(_)));
-        let [a, b, c] = block.corners();
-        // Compare bits, because a CPU may be set to read subnormal numbers as 0.
-        for axis in (0..3).filter(|&axis| is_exact && ray.dir[axis].to_bits() << 1 == 0) {
-            for lane in 0..N {
-                let [a, b, c] = [a, b, c].map(|corner| corner[axis][lane].to_bits());
-                lanes |= u32::from(a == b && b == c) << lane;
-            }
-        }
-        lanes
-    }
-
     /// Tests a ray against a block. Returns `None` if all lanes certainly miss. A lane whose t
     /// certainly exceeds `far` counts as a miss.
     #[inline(always)]
@@ -84,21 +59,19 @@ impl Filter<'_> {
         far: f32,
         counts: &mut Counts,
     ) -> Option<BlockHits> {
-        let (triangles, live) = (Triangles::<S::F32x8>::of_block(block, self.room), block.live());
+        let (triangles, live) =
+            (Triangles::<S::F32x8>::of_block(block, self.room), ray.live_lanes(block, counts));
         let rays = Rays::splat(&ray.lanes);
         counts.tests += u64::from(live.count_ones());
         let edges = Edges::new(&triangles, &rays);
         let far = Lanes::splat(far);
-        let Verdicts { hit, mut undecided, t_lo, t_hi } =
+        let Verdicts { hit, undecided, t_lo, t_hi } =
             edges.decide(&triangles, &rays, far, live, (self.threshold, self.room));
         // Most blocks return here, without storing anything.
         if hit | undecided == 0 {
             return None;
         }
         counts.undecided += u64::from(undecided.count_ones());
-        if undecided != 0 {
-            undecided &= !self.parallel_lanes(&ray.ray, block);
-        }
 
         // If the upper bound on t reaches the end of the interval, the hit may be beyond that end,
         // so it is not certain.
@@ -114,54 +87,5 @@ impl Filter<'_> {
         t_lo.store(&mut hits.t_lo);
         t_hi.store(&mut hits.t_hi);
         Some(hits)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::exact::{Rule, Tier, crossing_from};
-    use crate::simd::Level;
-    use crate::{Filter, Ray, Triangle, TriangleBlock};
-
-    /// Tests rays beside and inside walls, some of which are tilted by the smallest possible step,
-    /// also between subnormal numbers.
-    #[test]
-    fn only_lanes_in_parallel_planes_are_left_out() {
-        let filter = Filter::exact(Rule::Closed, Level::PORTABLE);
-        let (mut left_out, mut hits) = (0, 0);
-        for i in 0..3000_u32 {
-            let number =
-                |j: u32| f32::from((i.wrapping_mul(40_503) >> (j % 13)) as u8) / 64.0 - 2.0;
-            let (k, unit) = (i as usize % 3, if i % 2 == 0 { 1.0 } else { 1e-41 });
-            let wall = unit * number(3);
-            let corner = |lane: u32, n: u32| {
-                let mut c = [0, 1, 2].map(|j| number(7 * n + 3 * lane + j));
-                c[k] = if lane < 4 { wall } else { wall + unit * number(lane) };
-                c
-            };
-            let mut triangles: Vec<Triangle> =
-                (0..8).map(|l| Triangle([corner(l, 0), corner(l, 1), corner(l, 2)])).collect();
-            triangles[3].0[1][k] = wall.next_up();
-            triangles[2].0[2][k] = -wall;
-            let (mut origin, mut dir) = ([1, 2, 3].map(number), [4, 5, 6].map(number));
-            (origin[k], dir[k]) = match i / 6 % 4 {
-                0 => (wall, 0.0),
-                1 => (wall, -0.0),
-                2 => (wall - unit, 0.0),
-                _ => (wall.next_down(), 1e-44),
-            };
-            let ray = Ray::new(origin, dir);
-            let lanes = filter.parallel_lanes(&ray, &TriangleBlock::<8>::new(&triangles));
-            left_out += lanes.count_ones();
-            for (lane, triangle) in triangles.iter().enumerate() {
-                let hit = crossing_from(Tier::Narrow, Rule::Closed, &ray, triangle).is_some();
-                hits += u32::from(hit);
-                assert!(!(hit && lanes >> lane & 1 != 0), "{ray:?} {triangle:?}");
-                let [a, b, c] = triangle.0.map(|corner| corner[k].to_bits());
-                let is_parallel = dir[k] == 0.0 && a == b && b == c;
-                assert!(!is_parallel || lanes >> lane & 1 != 0, "{ray:?} {triangle:?}");
-            }
-        }
-        assert!(left_out > 4000 && hits > 100, "{left_out} left out, {hits} hits");
     }
 }

@@ -2,8 +2,9 @@
 
 use super::precheck::{Constants, Precheck};
 use super::{Counts, Filter, Rays, Triangles, Verdicts};
-use crate::packet::RayPacket;
-use crate::simd::{Lane, Mask, Simd, Width};
+use crate::packet::{RayPacket, TriangleBlock};
+use crate::resolve::Resolver;
+use crate::simd::{Lane, Mask, Simd, Width, lanes_of};
 use crate::{Ray, RayId, Triangle};
 
 /// A triangle with the constants that every packet of rays needs.
@@ -53,6 +54,9 @@ pub struct PreparedRay {
     /// The ray's id, by which a resolver finds the original.
     pub(crate) id: RayId,
     pub(crate) lanes: Rays<f32>,
+    /// The axes along which the direction is 0, a bit each, if the resolver is exact for the ray's
+    /// own coordinates. See [`PreparedRay::live_lanes`].
+    level_axes: u8,
 }
 
 impl PreparedRay {
@@ -67,6 +71,43 @@ impl PreparedRay {
     pub fn id(&self) -> RayId {
         self.id
     }
+
+    /// Returns the live lanes of a block, without those whose triangles are perpendicular to an
+    /// axis along which the ray's direction is 0. For these, D is exactly 0, so the ray does not
+    /// hit them. A ray in the plane of a floor or a wall would otherwise be undecided for all of
+    /// its triangles. The lanes that are left out count as tested.
+    #[inline(always)]
+    pub(crate) fn live_lanes<const N: usize>(
+        &self,
+        block: &TriangleBlock<N>,
+        counts: &mut Counts,
+    ) -> u32 {
+        let live = block.live();
+        // Most rays are not parallel to an axis plane.
+        if self.level_axes == 0 {
+            return live;
+        }
+        let parallel = live & parallel_lanes(self.level_axes, block);
+        counts.tests += u64::from(parallel.count_ones());
+        live & !parallel
+    }
+}
+
+/// Returns the lanes whose triangles are perpendicular to one of the given axes.
+#[inline(never)]
+fn parallel_lanes<const N: usize>(axes: u8, block: &TriangleBlock<N>) -> u32 {
+    let mut lanes = 0;
+    let [a, b, c] = block.corners();
+    for axis in lanes_of(u32::from(axes)) {
+        let [a, b, c] = [&a[axis % 3], &b[axis % 3], &c[axis % 3]];
+        for lane in 0..N {
+            // As above, compare bits.
+            let apart =
+                a[lane].to_bits() ^ b[lane].to_bits() | b[lane].to_bits() ^ c[lane].to_bits();
+            lanes |= u32::from(apart == 0) << lane;
+        }
+    }
+    lanes
 }
 
 /// N rays with the constants that every triangle needs, for one instruction level. Create one with
@@ -113,7 +154,15 @@ impl Filter<'_> {
     #[doc(hidden)]
     #[inline(always)]
     pub fn prepare_numbered(&self, ray: &Ray, id: RayId) -> PreparedRay {
-        PreparedRay { ray: *ray, id, lanes: Rays::of_ray(ray, self.threshold(), self.room()) }
+        let mut level_axes = 0;
+        if matches!(self.resolver, Resolver::Exact(_)) {
+            for (axis, x) in ray.dir.iter().enumerate() {
+                // Compare bits, because a CPU may be set to read subnormal numbers as 0.
+                level_axes |= u8::from(x.to_bits() << 1 == 0) << axis;
+            }
+        }
+        let lanes = Rays::of_ray(ray, self.threshold(), self.room());
+        PreparedRay { ray: *ray, id, lanes, level_axes }
     }
 
     /// Prepares N rays to be tested against many triangles.
@@ -178,5 +227,56 @@ where
     pub(crate) fn may_hit(&self, triangle: &PreparedTriangle, live: u32) -> bool {
         // Ignore the lanes without a live ray.
         (!self.precheck.sure_miss(&triangle.constants)).bits() & live != 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::exact::{Rule, Tier, crossing_from};
+    use crate::simd::Level;
+    use crate::{Counts, Filter, Ray, Triangle, TriangleBlock};
+
+    /// Tests rays beside and inside walls, some of which are tilted by the smallest possible step,
+    /// also between subnormal numbers.
+    #[test]
+    fn only_lanes_in_parallel_planes_are_left_out() {
+        let filter = Filter::exact(Rule::Closed, Level::PORTABLE);
+        let (mut left_out, mut hits) = (0, 0);
+        for i in 0..3000_u32 {
+            let number =
+                |j: u32| f32::from((i.wrapping_mul(40_503) >> (j % 13)) as u8) / 64.0 - 2.0;
+            let (k, unit) = (i as usize % 3, if i % 2 == 0 { 1.0 } else { 1e-41 });
+            let wall = unit * number(3);
+            let corner = |lane: u32, n: u32| {
+                let mut c = [0, 1, 2].map(|j| number(7 * n + 3 * lane + j));
+                c[k] = if lane < 4 { wall } else { wall + unit * number(lane) };
+                c
+            };
+            let mut triangles: Vec<Triangle> =
+                (0..8).map(|l| Triangle([corner(l, 0), corner(l, 1), corner(l, 2)])).collect();
+            triangles[3].0[1][k] = wall.next_up();
+            triangles[2].0[2][k] = -wall;
+            let (mut origin, mut dir) = ([1, 2, 3].map(number), [4, 5, 6].map(number));
+            (origin[k], dir[k]) = match i / 6 % 4 {
+                0 => (wall, 0.0),
+                1 => (wall, -0.0),
+                2 => (wall - unit, 0.0),
+                _ => (wall.next_down(), 1e-44),
+            };
+            let ray = Ray::new(origin, dir);
+            let block = TriangleBlock::<8>::new(&triangles);
+            let lanes =
+                block.live() & !filter.prepare_ray(&ray).live_lanes(&block, &mut Counts::default());
+            left_out += lanes.count_ones();
+            for (lane, triangle) in triangles.iter().enumerate() {
+                let hit = crossing_from(Tier::Narrow, Rule::Closed, &ray, triangle).is_some();
+                hits += u32::from(hit);
+                assert!(!(hit && lanes >> lane & 1 != 0), "{ray:?} {triangle:?}");
+                let [a, b, c] = triangle.0.map(|corner| corner[k].to_bits());
+                let is_parallel = dir[k] == 0.0 && a == b && b == c;
+                assert!(!is_parallel || lanes >> lane & 1 != 0, "{ray:?} {triangle:?}");
+            }
+        }
+        assert!(left_out > 4000 && hits > 100, "{left_out} left out, {hits} hits");
     }
 }

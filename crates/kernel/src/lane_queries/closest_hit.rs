@@ -147,16 +147,26 @@ impl ClosestHit {
         }
     }
 
-    /// Offers a lane's pair that the filter left undecided.
-    #[inline(always)]
+    /// Offers a lane's pair that the filter left undecided. The function is out of line to keep
+    /// registers free for the common case.
+    #[cold]
+    #[inline(never)]
     fn offer_undecided(
         &mut self,
         new: (TriangleId, LeafSlot),
         lane: usize,
         pairs: &impl LanePairs,
     ) {
-        // Most of these rays pass just beside an edge, which f64 can decide. The exact t is not
-        // needed then, unless another hit is about as far away.
+        // Walls and floors can often be ordered without arithmetic. If the triangle is behind the
+        // closest hit, or has the same t and a higher index, it does not matter whether it is hit.
+        if self.is_hit()
+            && let Some(order) = pairs.order_across_axis(lane, self.slot)
+            && order.then(new.0.cmp(&self.triangle)).is_gt()
+        {
+            return;
+        }
+        // Most other rays pass just beside an edge, which f64 can decide. The exact t is not needed
+        // then, unless another hit is about as far away.
         match pairs.decide(lane) {
             PairDecision::Miss => {}
             PairDecision::Hit { t_lo, t_hi } => {

@@ -34,7 +34,7 @@ impl Filter<'_> {
     #[inline(always)]
     pub fn block_at_in<S: Simd, const N: usize>(
         &self,
-        PreparedRay { ray, id, lanes }: &PreparedRay,
+        PreparedRay { ray, id, lanes, .. }: &PreparedRay,
         block: &TriangleBlock<N>,
         first: LeafSlot,
         counts: &mut Counts,
@@ -127,7 +127,7 @@ impl Filter<'_> {
     #[inline(always)]
     pub fn closest_among_in<S: Simd>(
         &self,
-        PreparedRay { ray, id, lanes }: &PreparedRay,
+        prepared: &PreparedRay,
         block: &TriangleBlock<8>,
         indices: &[u32; 8],
         first: LeafSlot,
@@ -136,19 +136,21 @@ impl Filter<'_> {
         closest: &mut ClosestHit,
         counts: &mut Counts,
     ) {
+        let PreparedRay { ray, id, lanes, .. } = prepared;
+        let live = prepared.live_lanes(block, counts);
+        if live == 0 {
+            return;
+        }
         let (lanes, triangles) = (Rays::splat(lanes), Triangles::of_block(block, self.room()));
         // The filter treats any lane that is certainly beyond the closest hit so far as a miss.
         let far = Lanes::splat(closest.t_hi());
-        let mut verdicts = self.test::<S::F32x8>(&triangles, &lanes, far, block.live(), counts);
+        let mut verdicts = self.test::<S::F32x8>(&triangles, &lanes, far, live, counts);
         // Return before calling `keep`: a leaf usually has no candidates, so selecting among them
         // would be wasted work.
         if verdicts.lanes() == 0 {
             return;
         }
         verdicts.keep(keep(verdicts.lanes()));
-        if verdicts.undecided != 0 {
-            verdicts.undecided &= !self.parallel_lanes(ray, block);
-        }
         let pairs = RayOnBlock { resolver: self.resolver(), ray, id: *id, block, first, find };
         closest.offer_block(&verdicts, indices, first, &pairs);
     }

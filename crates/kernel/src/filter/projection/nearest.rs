@@ -2,9 +2,8 @@
 
 use super::frame::{Points, at};
 use super::outline::Outline;
-use super::settle::{HitOrTie, Settle};
+use super::settle::{Settle, Settled};
 use super::starts::Ranges;
-use crate::exact::PairDecision;
 use crate::filter::Counts;
 use crate::simd::{Lanes, Mask, lanes_of};
 use crate::{LeafSlot, Triangle};
@@ -273,27 +272,20 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
             let sure = found.hit >> lane & 1 != 0;
             let other = is_hit.then(|| seen[numbers[lane].to_bits() as usize]);
 
-            // Find bounds on the inverse depth. Most undecided rays pass just beside an edge, which
-            // f64 can decide.
+            // Find bounds on the inverse depth.
             let one = Points { x: 0.0, y: 0.0, z: z[lane] };
             let mut bounds = (new_lo[lane], new_hi[lane]);
             if !(sure && is_hit) {
-                match settle.decide(slot, ray) {
-                    PairDecision::Miss => continue,
-                    PairDecision::Hit { .. } if sure => {}
-                    PairDecision::Hit { t_lo, t_hi } => {
+                match settle.settle(slot, ray, other) {
+                    Settled::Behind => continue,
+                    Settled::Tie => {
+                        numbers[lane] = bits;
+                        continue;
+                    }
+                    Settled::Hit { .. } if sure => {}
+                    Settled::Hit { t_lo, t_hi } => {
                         bounds = (one.inverse(t_hi).0, one.inverse(t_lo).1);
                     }
-                    PairDecision::Undecided => match settle.hit_or_tie(slot, ray, other) {
-                        HitOrTie::Behind => continue,
-                        HitOrTie::Tie => {
-                            numbers[lane] = bits;
-                            continue;
-                        }
-                        HitOrTie::Hit(t) => {
-                            bounds = if sure { bounds } else { one.inverse(t as f32) };
-                        }
-                    },
                 }
             }
 

@@ -2,7 +2,7 @@
 
 use core::cmp::Ordering;
 
-use crate::exact::PairDecision;
+use crate::exact::{PairDecision, f32_bounds};
 use crate::resolve::{Resolver, SharedOrigin};
 use crate::{LeafSlot, Ray, RayId, Triangle};
 
@@ -41,61 +41,64 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         RayId(self.first.0 + ray as u32)
     }
 
-    /// Decides a pair in f64, if that suffices.
-    #[inline(always)]
-    pub(super) fn decide(&self, slot: LeafSlot, ray: usize) -> PairDecision {
-        let ids = (self.id(ray), slot);
-        match self.resolver.decide(&self.rays[ray], &(self.find)(slot), ids) {
-            PairDecision::Hit { .. } if self.reversed => PairDecision::Hit { t_lo: 0.0, t_hi: 0.0 },
-            decision => decision,
-        }
-    }
-
     /// Returns whether a ray hits the triangle within its interval.
     #[inline(always)]
     pub fn meets(&self, slot: LeafSlot, ray: usize) -> bool {
         self.resolver.meets(&self.rays[ray], &(self.find)(slot), (self.id(ray), slot))
     }
 
-    /// Returns whether a ray hits the triangle, for a pair that [`Settle::decide`] has left
-    /// undecided.
-    #[inline(always)]
-    fn meets_undecided(&self, slot: LeafSlot, ray: usize) -> bool {
-        let ids = (self.id(ray), slot);
-        self.resolver.meets_undecided(&self.rays[ray], &(self.find)(slot), ids)
-    }
-
-    /// Settles a pair that [`Settle::decide`] has left undecided. `other` is the triangle that the
-    /// ray is known to hit, if any.
-    #[inline(always)]
-    pub(super) fn hit_or_tie(
-        &self,
-        slot: LeafSlot,
-        ray: usize,
-        other: Option<LeafSlot>,
-    ) -> HitOrTie {
-        // If the triangle is behind the other one, it does not matter whether it is hit. If both
-        // have the same t, for example at a shared edge, the lower index wins.
+    /// Settles an undecided pair. `other` is the triangle that is the ray's nearest hit so far, if
+    /// any. The function is out of line to keep registers free for the common case.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn settle(&self, slot: LeafSlot, ray: usize, other: Option<LeafSlot>) -> Settled {
+        // If the triangle is behind the other one, it does not matter whether it is hit. Walls and
+        // floors can often be ordered without arithmetic.
+        if let Some(other) = other
+            && self.is_behind_across_axis(ray, slot, other)
+        {
+            return Settled::Behind;
+        }
+        // Most other rays pass just beside an edge, which f64 can decide.
+        let (ids, triangle, one) = ((self.id(ray), slot), (self.find)(slot), &self.rays[ray]);
+        match self.resolver.decide(one, &triangle, ids) {
+            PairDecision::Miss => return Settled::Behind,
+            PairDecision::Hit { .. } if self.reversed => {
+                return Settled::Hit { t_lo: 0.0, t_hi: 0.0 };
+            }
+            PairDecision::Hit { t_lo, t_hi } => return Settled::Hit { t_lo, t_hi },
+            PairDecision::Undecided => {}
+        }
+        // If both triangles have the same t, for example at a shared edge, the lower index wins.
         if let Some(other) = other
             && let Some(order) = self.known_order(ray, slot, other)
             && order.is_ge()
         {
             let is_lower = (self.index)(slot) < (self.index)(other);
-            let wins = order.is_eq() && is_lower && self.meets_undecided(slot, ray);
-            return if wins { HitOrTie::Tie } else { HitOrTie::Behind };
+            let wins =
+                order.is_eq() && is_lower && self.resolver.meets_undecided(one, &triangle, ids);
+            return if wins { Settled::Tie } else { Settled::Behind };
         }
-        self.hit_undecided(slot, ray).map_or(HitOrTie::Behind, HitOrTie::Hit)
+        let t = if self.reversed {
+            self.resolver.meets_undecided(one, &triangle, ids).then_some(0.0)
+        } else {
+            self.resolver.hit_undecided(one, &triangle, ids)
+        };
+        t.map_or(Settled::Behind, |t| {
+            let (t_lo, t_hi) = f32_bounds(t);
+            Settled::Hit { t_lo, t_hi }
+        })
     }
 
-    /// Returns the t of a ray if it hits the triangle, for a pair that [`Settle::decide`] has left
-    /// undecided.
+    /// Returns whether one triangle comes after another on a ray, by t or by index, because both are
+    /// perpendicular to the same axis. Returns false if they are not.
     #[inline(always)]
-    fn hit_undecided(&self, slot: LeafSlot, ray: usize) -> Option<f64> {
-        if self.reversed {
-            return self.meets_undecided(slot, ray).then_some(0.0);
-        }
-        let ids = (self.id(ray), slot);
-        self.resolver.hit_undecided(&self.rays[ray], &(self.find)(slot), ids)
+    fn is_behind_across_axis(&self, ray: usize, one: LeafSlot, other: LeafSlot) -> bool {
+        let pair = || (self.rays[ray], [(self.find)(one), (self.find)(other)]);
+        let order = self.resolver.order_across_axis(pair, (self.id(ray), [one, other]));
+        order.is_some_and(|order| {
+            order.then_with(|| (self.index)(one).cmp(&(self.index)(other))).is_gt()
+        })
     }
 
     /// Returns which of two triangles a ray hits first, if that is known without computing t.
@@ -141,14 +144,14 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
     }
 }
 
-/// What is known of a pair that f64 could not decide.
-pub(super) enum HitOrTie {
-    /// A miss, or a hit that does not come before the other one.
+/// What the resolver says about an undecided pair.
+pub(super) enum Settled {
+    /// A miss, or a hit that does not come before the nearest hit so far.
     Behind,
-    /// A hit with the same t as the other one and a lower index.
+    /// A hit with the same t as the nearest hit so far and a lower index.
     Tie,
-    /// A hit with this t, which may come before or after the other one.
-    Hit(f64),
+    /// A hit with t between these bounds, which may come before or after the nearest hit so far.
+    Hit { t_lo: f32, t_hi: f32 },
 }
 
 /// The triangle whose coefficients were computed last.
