@@ -132,9 +132,9 @@ pub fn decide_pair<S: Scalar>(
         InFloat::Miss => PairDecision::Miss,
         InFloat::Undecided { .. } => PairDecision::Undecided,
         InFloat::Hit(_, [lo, hi]) => {
-            // Bounds that are far apart would not help, and f32 bounds near the limits of f32 may
-            // overflow or become 0.
-            let are_close = hi - lo <= lo * CLOSE;
+            // If the error of D can exceed D, `hi` is infinite or negative. Bounds that are far
+            // apart would not help, and f32 bounds near the limits of f32 may overflow or become 0.
+            let are_close = hi >= lo && hi - lo <= lo * CLOSE;
             if !(are_close && lo >= LIMITS[0] && hi <= LIMITS[1]) {
                 return PairDecision::HIT_ANYWHERE;
             }
@@ -274,7 +274,7 @@ mod tests {
     };
     use crate::exact::test_numbers::random;
     use crate::exact::{Tier, t_from};
-    use crate::{Ray, Ray64, Triangle, TriangleOf};
+    use crate::{Mode, Ray, Ray64, Triangle, TriangleOf};
 
     /// Tests rays that lie in an axis-aligned wall or are parallel to one, including cases in which
     /// the ray or the wall is slightly tilted. The fast path must agree with integers.
@@ -350,6 +350,32 @@ mod tests {
             assert!(t_hi <= t_lo.next_up().next_up() || t_hi == f32::INFINITY);
         }
         (hi > lo && hi.is_finite()).then(|| (t - 0.5 * (lo + hi)).abs() / (0.5 * (hi - lo)))
+    }
+
+    /// Tests triangles of a few ulps, for which D is known to be positive, but not how large it is.
+    /// The other triangle is hit first.
+    #[test]
+    fn tiny_triangles_have_no_bounds_on_t() {
+        let e = 12.0 * (-53.0_f32).exp2();
+        let tiny = Triangle([[2.0 * e, -e, -e], [-e, 2.0 * e, -e], [-e, -e, 2.0 * e]]);
+        let big = Triangle([[2.5, -3.5, -0.5], [-0.5, 2.5, -3.5], [-3.5, -0.5, 2.5]]);
+        let ray = Ray::new([-1.0; 3], [1.0; 3]);
+        assert_eq!(decide_pair(Rule::Closed, &ray, &tiny), PairDecision::HIT_ANYWHERE);
+        for (triangles, first) in [([tiny, big], 1), ([big, tiny], 0)] {
+            for mode in [Mode::exact(), Mode::once()] {
+                let hit = mode.closest(&triangles, &ray).unwrap();
+                assert_eq!((hit.triangle, hit.t), (first, 0.5));
+            }
+        }
+
+        let ray =
+            Ray64::new([0.0; 3], [1.2499999999999987, 1.5000000000000016, 1.7499999999999973]);
+        let tiny = TriangleOf([
+            [1.2500000000000022, 1.5000000000000062, 1.7499999999999982],
+            [1.2499999999999885, 1.5000000000000113, 1.749999999999998],
+            [1.2500000000000118, 1.4999999999999905, 1.7500000000000075],
+        ]);
+        assert_eq!(decide_pair(Rule::Closed, &ray, &tiny), PairDecision::HIT_ANYWHERE);
     }
 
     /// Tests random rays, then changes the worst of them step by step to come closer to the bounds.

@@ -164,8 +164,8 @@ pub(super) fn decide_from<D: Lanes<Scalar = f64>>(
     (decided, quotient_bounds(&num, &den))
 }
 
-/// Returns bounds on `num / den`, both of which must be positive. The upper bound is negative or
-/// infinite if the bound on `den` reaches 0.
+/// Returns bounds on `num / den`, both of which must be positive. If the error of `den` may be as
+/// large as `den`, there is no upper bound, and the second number is negative or infinite.
 #[inline(always)]
 fn quotient_bounds<D: Lanes<Scalar = f64>>(num: &Sum<D>, den: &Sum<D>) -> [D; 2] {
     let (num_err, den_err) =

@@ -76,7 +76,8 @@ pub(crate) trait LanePairs {
     }
 
     /// Returns which of two triangles, the lane's own or the one in a slot, comes first on the
-    /// lane's ray if both are perpendicular to the same axis. The ray must hit both.
+    /// lane's ray if both are perpendicular to the same axis. The ray must hit the one in the slot;
+    /// if it misses the other, the result is meaningless.
     #[inline(always)]
     fn order_across_axis(&self, lane: usize, slot: LeafSlot) -> Option<Ordering> {
         // Pass a closure, because most resolvers decide without loading the triangles.

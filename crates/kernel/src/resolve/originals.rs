@@ -29,7 +29,7 @@ pub trait Originals: fmt::Debug + Sync {
     fn order(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> Ordering;
 
     /// Returns which of two triangles the ray hits first, if both are perpendicular to the same
-    /// axis. The ray must be known to hit both.
+    /// axis. If the ray misses one of them, the result is meaningless.
     fn order_across_axis(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> Option<Ordering>;
 
     /// Returns the original ray.

@@ -17,6 +17,10 @@ use crate::walk::{BatchOutput, one_ray};
 /// result, but rays in an irregular direction rarely hit edges exactly.
 pub const WINDING_DIR: [f32; 3] = [0.537_21, 0.351_37, 0.766_91];
 
+// If a component were 0, the filter would leave out triangles that a point may be on
+// (`docs/numerics/exact.md`, section 9).
+const _: () = assert!(WINDING_DIR[0] != 0.0 && WINDING_DIR[1] != 0.0 && WINDING_DIR[2] != 0.0);
+
 /// The number of points to sort at once.
 const SLAB: usize = 1 << 21;
 
