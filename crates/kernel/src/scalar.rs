@@ -4,7 +4,7 @@ use core::fmt;
 
 use bytemuck::Pod;
 
-/// The scalar type of coordinates: f32 or f64. This trait is sealed.
+/// The scalar type of coordinates: f32 or f64. Do not implement this trait for other types.
 ///
 /// ```
 /// use intertri::{Scalar, TriangleOf};
@@ -40,7 +40,7 @@ impl Scalar for f64 {
 /// Operations on the bits of a float. They work even on a CPU that is set to read subnormal numbers
 /// as zero.
 ///
-/// This trait is hidden so that users cannot implement [`Scalar`].
+/// This trait is hidden because users should not implement [`Scalar`].
 pub trait Bits: Copy {
     /// An integer that holds the bits, with the same value for both zeros.
     type Key: Copy + Ord + fmt::Debug + Send + Sync;
@@ -48,7 +48,7 @@ pub trait Bits: Copy {
     /// Converts the number to a key.
     fn key(self) -> Self::Key;
 
-    /// Converts a key to the number.
+    /// Converts a key back to a number. The key of zero becomes +0.
     fn of_key(key: Self::Key) -> Self;
 
     /// The maximum number of bits in the m of [`Bits::parts`].

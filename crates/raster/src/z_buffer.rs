@@ -24,16 +24,17 @@ const MAX_FACETS: usize = i32::MAX as usize;
 ///
 /// A facet is an outline with three or more corners in one plane. It may be convex or concave, may
 /// have either winding, and is two-sided. It covers the pixels whose centres its outline winds
-/// around. A centre exactly on an edge belongs to the facet to its right, or below it, so exactly
-/// one of two facets that share the edge covers the centre. An outline that crosses itself covers
-/// the points with a nonzero winding number.
+/// around. A centre exactly on an edge belongs to the facet to its right, or below it. Therefore,
+/// if two facets share an edge and lie on opposite sides of it in the image, exactly one of them
+/// covers a centre on that edge. An outline that crosses itself covers the points with a nonzero
+/// winding number.
 ///
 /// - `triangle` of a [`Hit`] is the facet's index in the slice.
 /// - `t` is the distance from the eye, which is the `t` of a ray whose direction has unit length.
-///   It is computed from the facet's plane and limited to the range of the corners' view depths.
-///   Only points with `t > threshold` are visible, as with the threshold of rays. The facet with
-///   the smallest `t` owns the pixel. If several have the same `t`, the facet with the lowest index
-///   does.
+///   It is computed from the view depth of the facet's plane, which is limited to the range of the
+///   corners' view depths. Only points with `t > threshold` are visible, as with the threshold of
+///   rays. The facet with the smallest `t` owns the pixel. If several have the same `t`, the facet
+///   with the lowest index does.
 /// - `u` and `v` are the weights of the second and third corners: a point in the facet's plane is
 ///   `c1 + u (c2 - c1) + v (c3 - c1)`, even for a facet with more corners.
 ///
@@ -243,7 +244,7 @@ fn coefficients(view: &View, corners: &[[f32; 3]]) -> Coefficients {
     Coefficients::new(&first, view.eye().map(|x| x as f32))
 }
 
-/// Computes the hit of one pixel from its facet and its depth (step 3).
+/// Computes the hit of one pixel from its facet and its inverse view depth (step 3).
 fn resolve(view: &View, seen: &Coefficients, facet: usize, q: f64, x: u32, y: u32) -> Hit {
     let (d, long) = view.through(x, y);
     let (u, v) = seen.weights(d);
@@ -303,9 +304,10 @@ mod tests {
 
     #[test]
     fn a_closed_surface_is_crossed_as_often_one_way_as_the_other() {
-        // Random tetrahedra, some of them around the eye or across its plane. The windings of the
-        // four faces, clipped and snapped, have the same sum at every pixel: 0, or -1 if the eye is
-        // inside and sees only back faces, or +1 if the tetrahedron is also inside out.
+        // The tetrahedra are random; some enclose the eye or straddle the plane through the eye
+        // parallel to the image. The windings of the four faces, clipped and snapped, have the same
+        // sum at every pixel: 0, or -1 if the eye is inside and sees only back faces, or +1 if the
+        // tetrahedron is also inside out.
         let view = ahead(40, 40);
         let mut state = 2;
         let mut around = 0;

@@ -5,7 +5,7 @@ use std::str::FromStr;
 use intertri::Scalar;
 
 /// The scalar in which the coordinates of meshes, cameras, lights, and rays are read and stored:
-/// f32 (the default) or f64. The trait is sealed.
+/// f32 (the default) or f64. Do not implement this trait for other types.
 ///
 /// ```no_run
 /// use std::path::Path;

@@ -37,16 +37,15 @@ fn dot(a: Point, b: Point) -> i128 {
     (0..3).map(|k| a[k] * b[k]).sum()
 }
 
-/// Returns the sign of `normal · d`, where d is `dir` after it has been moved according to the once
-/// rule.
+/// Returns the sign of `normal · d`, where `d` is `dir` perturbed as the once rule prescribes.
 fn slope(normal: Point, dir: Point) -> i128 {
     let all = [dot(normal, dir), normal[0], normal[1], normal[2]];
     all.into_iter().find(|x| *x != 0).unwrap_or(0).signum()
 }
 
 impl Convex {
-    /// Returns the convex solid with the given corners. Its sides are in all planes that pass
-    /// through three corners and have all other corners on one side.
+    /// Returns the convex solid with the given corners. It has one side in each plane that passes
+    /// through three corners and has all other corners on one side of it.
     fn of(corners: &[Point], rng: &mut Rng) -> Self {
         let (mut sides, mut triangles) = (Vec::<(Point, i128)>::new(), Vec::new());
         let count = corners.len();
@@ -72,7 +71,8 @@ impl Convex {
         Self { sides, triangles, is_turned: rng.one_in(4) }
     }
 
-    /// Generates a box, an octahedron, or half of a box, with corners at even coordinates.
+    /// Generates a box with even coordinates, half of such a box, or the octahedron between the
+    /// centres of its sides. The octahedron's coordinates are integers, but may be odd.
     pub(super) fn any(rng: &mut Rng) -> Self {
         let mut even = |below: usize| 2 * rng.below(below) as i128;
         let (low, size) = ([0; 3].map(|_| even(4)), [0; 3].map(|_| 2 + even(3)));
@@ -91,7 +91,7 @@ impl Convex {
                     })
                     .collect();
             }
-            // Half of the box, cut along a diagonal of two sides.
+            // Half of the box, cut along the matching diagonals of two opposite sides.
             1 => corners.retain(|c| c[0] == low[0] || c[1] == low[1]),
             2 => corners.retain(|c| c[0] == high[0] || c[1] == high[1]),
             _ => {}
@@ -111,7 +111,7 @@ impl Convex {
                 Ordering::Greater if t.cmp(to).is_lt() => to = t,
                 Ordering::Less if t.cmp(from).is_gt() => from = t,
                 // The ray is parallel to the side, and it is either outside the side, or on the
-                // side and moved outward by the once rule.
+                // side and perturbed outward by the once rule.
                 Ordering::Equal if gap < 0 || gap == 0 && slope(normal, dir) > 0 => return None,
                 _ => {}
             }

@@ -113,7 +113,7 @@ const DAMAGES: [fn(&mut Vec<Triangle64>, &mut Rng); 8] = [
 ];
 
 /// Generates the mesh with the given number and damages it in one to three ways. Coordinates are
-/// multiples of 1/2048 between -1 and 1.
+/// multiples of 1/8192 between -1 and 1.
 pub(super) fn mesh(number: usize, rng: &mut Rng) -> Vec<Triangle64> {
     let mut mesh =
         if number.is_multiple_of(2) { cube(1 + number / 2 % 5) } else { globe(4 + number / 2 % 5) };

@@ -1,9 +1,9 @@
 //! The `oracle` engine: finds exact answers by testing all triangles one by one. It is slow, and
 //! serves only to check the other engines.
 //!
-//! The lab crate's predicates and rational arithmetic decide where a ray hits a triangle. Rational
-//! arithmetic also decides the order of t and the interval. Only the values of t, u and v, each
-//! rounded once, come from the kernel's integers.
+//! The lab crate's predicates and rational arithmetic decide whether a ray hits a triangle.
+//! Rational arithmetic also orders the hits by t and decides which of them lie within the ray's
+//! interval. Only the values of t, u and v, each rounded once, come from the kernel's integers.
 
 use std::cmp::Ordering;
 
@@ -49,7 +49,7 @@ pub(crate) fn all<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>) -> Vec
     all.into_iter().map(|(index, _)| hit(triangles, ray, index)).collect()
 }
 
-/// Returns the triangles that a ray hits by the closed rule, each with its exact t.
+/// Returns the triangles that a ray hits under the closed rule, each with its exact t.
 fn met<S: Scalar>(
     triangles: &[TriangleOf<S>],
     ray: &RayOf<S>,

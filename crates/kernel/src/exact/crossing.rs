@@ -1,4 +1,4 @@
-//! Decides whether a ray intersects a triangle, by either rule.
+//! Decides whether a ray intersects a triangle under either rule.
 
 use core::cmp::Ordering;
 
@@ -79,8 +79,8 @@ pub(super) fn in_float<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &Triangl
     InFloat::Undecided { plain: true }
 }
 
-/// Returns the side from which a ray crosses a triangle within its interval, if it does so by the
-/// given rule. The computation starts at the given tier.
+/// Returns the side from which a ray crosses a triangle within its interval, if it does so under
+/// the given rule. The computation starts at the given tier.
 #[inline(always)]
 pub fn crossing_from<S: Scalar>(
     from: Tier,

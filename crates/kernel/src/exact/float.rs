@@ -35,11 +35,11 @@ const WIDER: f64 = 8.0 * HALF_ULP;
 /// The decisions made in f64 for each lane. A lane in none of the masks is undecided.
 #[derive(Clone, Copy)]
 pub struct Decided<M> {
-    /// Certainly not a hit, by either rule.
+    /// Certainly not a hit under either rule.
     pub miss: M,
-    /// Certainly a hit by the closed rule.
+    /// Certainly a hit under the closed rule.
     pub closed: M,
-    /// Certainly a hit by both rules, because the ray hits no edge.
+    /// Certainly a hit under both rules, because the ray hits no edge.
     pub inside: M,
     /// Whether T is positive, for hits.
     pub leaves: M,

@@ -34,7 +34,8 @@ impl Quotient {
         let less = num.iter().rev().lt(den.iter().rev());
         let exponent = exponent + down - up - 63 - i32::from(less);
 
-        // The dividend has one more limb, `top`, which is smaller than the divisor's highest limb.
+        // The dividend has one more limb, `top`, which is at most the divisor's highest limb. If
+        // they are equal, the trial digit is `u64::MAX`.
         let mut rest = [0; V];
         rest[1..].copy_from_slice(&num[..V - 1]);
         let mut top = num[V - 1];
@@ -81,7 +82,8 @@ impl Quotient {
         let top = self.exponent.saturating_add(63);
         if (SMALLEST..=LARGEST).contains(&top) {
             // The conversion rounds once. The two multiplications are by powers of two and have
-            // normal results, so they are exact.
+            // normal results, so they are exact. The one exception is intended: if the mantissa
+            // rounds up to 2^64 and `top` is 1023, the second product overflows to infinity.
             return first as f64 * pow2(-63) * pow2(top);
         }
         if top > LARGEST { f64::INFINITY } else { f64::from_bits(subnormal(first, top, -1074)) }
@@ -108,7 +110,8 @@ impl Quotient {
     /// the largest f64.
     #[inline(always)]
     pub(super) fn to_sqrt(self) -> f64 {
-        // An even exponent can be halved exactly; if it is odd, multiply the mantissa by 2.
+        // An even exponent can be halved exactly. If the exponent is odd, decrease it by 1 and
+        // multiply the mantissa by 2.
         let odd = self.exponent & 1;
         let size = (self.first | u64::from(self.more)) as f64 * f64::from(1 + odd);
         let root = Lanes::sqrt(size);

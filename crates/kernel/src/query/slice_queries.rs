@@ -112,7 +112,8 @@ impl Mode {
     }
 }
 
-/// A scalar type whose slices [`Mode`] accepts: f32 or f64. This trait is sealed.
+/// A scalar type whose slices [`Mode`] accepts: f32 or f64. Do not implement this trait for
+/// other types.
 ///
 /// ```
 /// use intertri::{Mode, RayOf, SliceScalar, TriangleOf};

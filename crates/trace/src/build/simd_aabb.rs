@@ -6,7 +6,7 @@
 //!
 //! Because the lower sides are negated, the union of two boxes is a single maximum, and the size of
 //! a box is the sum of its two halves. The two remaining lanes hold words, which the box operations
-//! ignore.
+//! do not use and `join` does not preserve.
 
 use crate::tree::Aabb;
 use bytemuck::Zeroable;
