@@ -1,5 +1,5 @@
 //! Traces batches of rays. Each thread repeatedly takes a band of an image, or a chunk of rays that
-//! do not form an image. It gathers the rays of a band from the NumPy arrays block by block, so
+//! do not form an image. It gathers the rays of a band from the numpy arrays block by block, so
 //! that they are in the cache when they are traced. A chunk is gathered as a whole, or borrowed if
 //! the array contains whole rays.
 
