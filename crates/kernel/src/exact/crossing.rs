@@ -49,7 +49,7 @@ impl Side {
 }
 
 /// What f64 can say about a ray and a triangle.
-pub(super) enum InFloat {
+enum InFloat {
     /// The ray misses the triangle, or hits it outside its interval.
     Miss,
     /// The ray hits the triangle within its interval, on this side and with t between these bounds.
@@ -60,7 +60,7 @@ pub(super) enum InFloat {
 
 /// Decides whether a ray hits a triangle within its interval, if f64 and its error bound suffice.
 #[inline(always)]
-pub(super) fn in_float<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> InFloat {
+fn in_float<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> InFloat {
     if !is_plain(ray, triangle) {
         return InFloat::Undecided { plain: false };
     }

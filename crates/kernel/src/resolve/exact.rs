@@ -1,5 +1,5 @@
-//! Decides pairs exactly: in f64 if an error bound allows it, and otherwise in sufficiently wide
-//! integers.
+//! Computes t, orders and hits exactly: in f64 if an error bound allows it, and otherwise in
+//! sufficiently wide integers.
 
 use core::cmp::Ordering;
 

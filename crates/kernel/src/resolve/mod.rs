@@ -68,8 +68,8 @@ impl<'a> Resolver<'a> {
     }
 
     /// Decides a pair in f64, if an error bound suffices. This is much faster than
-    /// [`Resolver::hit`], which computes t exactly. The document's resolver leaves this to `hit`,
-    /// which is fast.
+    /// [`Resolver::hit`], which computes t exactly. The document's resolver decides nothing
+    /// here, because its operations are fast.
     #[cold]
     #[inline(never)]
     pub fn decide(
