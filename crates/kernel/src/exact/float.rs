@@ -47,7 +47,7 @@ pub struct Decided<M> {
 
 /// A value, and the sum of the magnitudes of all products that make it up.
 #[derive(Clone, Copy)]
-pub(super) struct Sum<D> {
+struct Sum<D> {
     value: D,
     permanent: D,
 }
@@ -55,25 +55,11 @@ pub(super) struct Sum<D> {
 impl<D: Lanes<Scalar = f64>> Sum<D> {
     /// Computes `x·(y × z)`.
     #[inline(always)]
-    pub(super) fn volume(x: Vec3<D>, y: Vec3<D>, z: Vec3<D>) -> Self {
+    fn volume(x: Vec3<D>, y: Vec3<D>, z: Vec3<D>) -> Self {
         // Each rounding error is at most a fraction of one of these products, so their sum bounds
         // the total error.
         let permanent = y.abs().permanents(z.abs()).dot_fused(x.abs());
         Self { value: y.cross_fused(z).dot_fused(x), permanent }
-    }
-
-    /// Returns the sums in the lanes.
-    #[inline(always)]
-    pub(super) fn lanes<const N: usize>(&self) -> [Sum<f64>; N] {
-        let (mut values, mut permanents) = ([0.0; N], [0.0; N]);
-        self.value.store(&mut values);
-        self.permanent.store(&mut permanents);
-        // Avoid `map`, which is not always inlined.
-        let mut sums = [Sum { value: 0.0, permanent: 0.0 }; N];
-        for (sum, (value, permanent)) in sums.iter_mut().zip(values.into_iter().zip(permanents)) {
-            *sum = Sum { value, permanent };
-        }
-        sums
     }
 
     /// Returns the lanes in which the value is certainly positive, certainly negative, and
@@ -92,33 +78,26 @@ impl<D: Lanes<Scalar = f64>> Sum<D> {
 /// Non-finite input never results in a hit.
 #[inline(always)]
 pub fn decide<D: Lanes<Scalar = f64>>(
-    [c1, c2, c3]: [Vec3<D>; 3],
+    corners: [Vec3<D>; 3],
     rays: &RayLanes<D>,
 ) -> Decided<D::Mask> {
-    let (org, dir) = (rays.org, rays.dir);
+    decide_with_t(corners, rays).0
+}
+
+/// Like [`decide`], but also returns bounds on t for hits.
+#[inline(always)]
+pub(super) fn decide_with_t<D: Lanes<Scalar = f64>>(
+    [c1, c2, c3]: [Vec3<D>; 3],
+    rays: &RayLanes<D>,
+) -> (Decided<D::Mask>, [D; 2]) {
+    let (org, dir, t_min, t_max) = (rays.org, rays.dir, rays.t_min, rays.t_max);
     let (a, b) = (c1 - org, c2 - org);
     let (h4, h5, h6) = (c2 - c1, c3 - c1, c3 - c2);
+
+    // In nearly all cases, two edges decide.
     let u = Sum::volume(h6, dir, b);
     let v = Sum::volume(h5, a, dir);
     let w = Sum::volume(h4, dir, a);
-    let (decided, _) = decide_from(
-        [u, v, w],
-        #[inline(always)]
-        || Sum::volume(a, h4, h5),
-        [rays.t_min, rays.t_max],
-    );
-    decided
-}
-
-/// Decides from the volumes of the edges and, if these do not decide, from T. The last argument is
-/// the interval.
-#[inline(always)]
-pub(super) fn decide_from<D: Lanes<Scalar = f64>>(
-    [u, v, w]: [Sum<D>; 3],
-    t: impl FnOnce() -> Sum<D>,
-    [t_min, t_max]: [D; 2],
-) -> (Decided<D::Mask>, [D; 2]) {
-    // In nearly all cases, two edges decide.
     let ([u_over, u_under, u_zero], [v_over, v_under, v_zero], [w_over, w_under, w_zero]) =
         (u.signs(EDGE), v.signs(EDGE), w.signs(EDGE));
     let (over, under) = (u_over | v_over | w_over, u_under | v_under | w_under);
@@ -131,7 +110,7 @@ pub(super) fn decide_from<D: Lanes<Scalar = f64>>(
     }
 
     // Is the plane behind the origin, or does it contain the origin?
-    let t = t();
+    let t = Sum::volume(a, h4, h5);
     let [t_over, t_under, t_zero] = t.signs(VOLUME);
     let miss = miss | t_zero | over & t_under | under & t_over;
 

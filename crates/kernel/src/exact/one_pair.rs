@@ -1,9 +1,7 @@
-//! One ray and one triangle: decides whether they meet, and intersects the ray with the plane. Both
-//! need four volumes, each computed in its own SIMD lane.
+//! Intersects one ray with the plane of one triangle. The intersection needs four volumes, each
+//! computed in its own SIMD lane.
 //!
 //! ```text
-//!   U = h6·(d × B)     T = A·(h4 × h5)    V = h5·(A × d)    W = h4·(d × A)     signs decide
-//!
 //!   D = d·(h4 × h5)    T = A·(h4 × h5)    V = h5·(A × d)    W = -h4·(A × d)    per lane: x·(y × z)
 //!         1                  t                  u                 v            divided by D
 //! ```
@@ -14,7 +12,6 @@
 //! stored exactly, as sums of two parts.
 
 use super::double::{Double, cross, sum};
-use super::float::{self, Decided, Sum};
 use super::rounded::{Volume, quotient};
 use super::tails::{self, TwoParts};
 use super::tier::is_f64;
@@ -123,56 +120,6 @@ impl<X: Scalar> WithSimd for Meet<'_, X> {
             sure: if exact { sure.bits() >> 1 } else { 0 },
             volumes,
         }
-    }
-}
-
-/// Decides one pair as [`float::decide`] does, and returns bounds on t for a hit. The inputs are
-/// restricted as for [`meet`].
-#[inline(always)]
-pub(super) fn decide<S: Scalar>(
-    ray: &RayOf<S>,
-    triangle: &TriangleOf<S>,
-) -> (Decided<bool>, [f64; 2]) {
-    let [u, v, w, t] = Level::avx2().unwrap_or(Level::PORTABLE).run(Volumes { ray, triangle });
-    float::decide_from([u, v, w], || t, [ray.t_min, ray.t_max].map(Into::into))
-}
-
-/// Computes U, V, W, and T with their permanents.
-struct Volumes<'a, X> {
-    ray: &'a RayOf<X>,
-    triangle: &'a TriangleOf<X>,
-}
-
-impl<X: Scalar> WithSimd for Volumes<'_, X> {
-    type Output = [Sum<f64>; 4];
-
-    #[inline(always)]
-    fn run<S: Simd>(self) -> Self::Output {
-        let ([c1, c2, c3], o, d) = (self.triangle.0, self.ray.origin, self.ray.dir);
-        // One subtraction computes A, B, h4, and h5.
-        let (ends, starts) = (lanes::<S, X>([c1, c2, c2, c3]), lanes::<S, X>([o, o, c1, c1]));
-        let edges = ends - starts;
-
-        // Each lane computes x·(y × z).
-        //    lane   U        V        W        T
-        //    x      h6       h5       h4       A
-        //    y      d        A        d        h4
-        //    z      B        d        A        h5
-        let [mut x, mut y, mut z] = [Vec3::<S::F64x4>::splat([0.0; 3]); 3];
-        for (k, edges, x, y, z) in [
-            (0, edges.x, &mut x.x, &mut y.x, &mut z.x),
-            (1, edges.y, &mut x.y, &mut y.y, &mut z.y),
-            (2, edges.z, &mut x.z, &mut y.z, &mut z.z),
-        ] {
-            let mut numbers = [0.0; 4];
-            edges.store(&mut numbers);
-            let ([a, b, h4, h5], d) = (numbers, d[k].into());
-            let h6 = Into::<f64>::into(c3[k]) - Into::<f64>::into(c2[k]);
-            *x = Lanes::load(&[h6, h5, h4, a]);
-            *y = Lanes::load(&[d, a, d, h4]);
-            *z = Lanes::load(&[b, d, a, h5]);
-        }
-        Sum::volume(x, y, z).lanes()
     }
 }
 
