@@ -15,11 +15,11 @@ use crate::engine::Engine;
 use crate::fixed::Fixed;
 use crate::measure::Named;
 use crate::obvhs::Obvhs;
-use crate::ours::{Batch, InF32, Kept, Single, Triangles};
+use crate::ours::{Batch, InF32, Kept, Returned, Single, Triangles};
 use crate::parry::Parry;
 
 /// All engines, each with a short description.
-pub const ENGINES: [(&str, &str); 46] = [
+pub const ENGINES: [(&str, &str); 47] = [
     ("certified", "batch calls, with the CPU's best instructions"),
     ("certified-f32", "batch calls with t, u, v in f32"),
     ("certified-f32-avx2", ""),
@@ -40,6 +40,7 @@ pub const ENGINES: [(&str, &str); 46] = [
     ("exact-single", "one ray per call"),
     ("exact-query", "one ray per call, through a reused query"),
     ("exact-query-avx2", ""),
+    ("exact-query-f32", "one ray per call, through a reused query, with t, u, v in f32"),
     ("exact-query-triangles", "one ray per call, through a reused query, for the triangle alone"),
     ("exact-query-triangles-avx2", ""),
     ("fixed", "batch calls, including the time to snap to the grid, which changes answers"),
@@ -111,7 +112,14 @@ fn ours(name: &str, bvh: &Arc<Bvh>, mode: Mode) -> Box<dyn Engine> {
     let has = |word| name.split('-').any(|part| part == word);
     match () {
         () if has("single") => Box::new(Single::new(bvh, mode)),
-        () if has("query") => Box::new(Kept::new(bvh, mode, has("triangles"))),
+        () if has("query") => {
+            let returned = match () {
+                () if has("triangles") => Returned::Triangle,
+                () if has("f32") => Returned::Hit32,
+                () => Returned::Hit,
+            };
+            Box::new(Kept::new(bvh, mode, returned))
+        }
         () if has("triangles") => Box::new(Triangles::new(bvh, mode)),
         () if has("f32") => Box::new(InF32::new(bvh, mode)),
         () => Box::new(Batch::new(bvh, mode)),

@@ -142,6 +142,9 @@ struct BuildOptions {
     /// Path to Embree's shared library; see the `rays` command.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
+    /// Run only this builder, and print its milliseconds and bytes.
+    #[arg(long, hide = true)]
+    only: Option<String>,
 }
 
 #[cfg(feature = "chart")]
@@ -263,12 +266,26 @@ fn rays_of_all(mut options: Options) -> Result<(), String> {
 }
 
 fn builds_of_all(options: &BuildOptions) -> Result<(), String> {
-    let (api, pool) = (embree(options.embree.clone()), pool(options.threads)?);
+    if let (Some(builder), [name]) = (&options.only, &options.scene[..]) {
+        let (api, pool) = (embree(options.embree.clone()), pool(options.threads)?);
+        let mesh = scenes::scene(name)?.mesh;
+        let triangles = mesh.to_triangles();
+        if let Some(built) = builds::measure(builder, &mesh, &triangles, api.as_ref(), &pool) {
+            println!("{} {}", built.milliseconds, built.bytes);
+        }
+        return Ok(());
+    }
+    let mut args = vec!["--threads".into(), options.threads.to_string()];
+    if let Some(path) = &options.embree {
+        args.extend(["--embree".into(), path.display().to_string()]);
+    }
     for name in &options.scene {
-        let scene = scenes::scene(name)?;
-        let triangles = scene.mesh.to_triangles();
-        let times = builds::builds(&scene.mesh, &triangles, api.as_ref(), &pool);
-        report::builds(name, triangles.len(), pool.current_num_threads(), &times);
+        report::builds(name, scenes::scene(name)?.mesh.triangles.len(), options.threads);
+        for builder in builds::BUILDERS {
+            if let Some(built) = builds::in_own_process(builder, name, &args) {
+                report::build(builder, &built);
+            }
+        }
     }
     Ok(())
 }

@@ -187,16 +187,26 @@ impl<S: PeerScalar> Engine<RayOf<S>> for Single<S> {
     }
 }
 
+/// What a query for one ray returns.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Returned {
+    /// The hit, with t, u and v in f64.
+    Hit,
+    /// The hit, with t, u and v in f32.
+    Hit32,
+    /// Only the triangle.
+    Triangle,
+}
+
 /// Traces with single-ray calls through a query that is created once per chunk of rays and reused.
 pub struct Kept<S: PeerScalar = f32> {
     single: Single<S>,
-    /// Whether the query returns only the triangle.
-    triangle: bool,
+    returned: Returned,
 }
 
 impl<S: PeerScalar> Kept<S> {
-    pub fn new(bvh: Arc<Bvh<S>>, mode: Mode, triangle: bool) -> Self {
-        Self { single: Single::new(bvh, mode), triangle }
+    pub fn new(bvh: Arc<Bvh<S>>, mode: Mode, returned: Returned) -> Self {
+        Self { single: Single::new(bvh, mode), returned }
     }
 }
 
@@ -206,20 +216,29 @@ impl<S: PeerScalar> Engine<RayOf<S>> for Kept<S> {
     }
 
     fn trace(&mut self, part: Range<usize>) {
-        let (Single { bvh, mode, rays }, triangle) = (&mut self.single, self.triangle);
+        let Single { bvh, mode, rays } = &mut self.single;
         let make = || S::query(bvh, *mode);
         let any = |one: &mut Query<'_, S>, ray: &_| one.any(ray);
-        if triangle {
-            let of = |triangle| triangle_alone(&triangle);
-            let closest = |one: &mut Query<'_, S>, ray: &_| {
-                one.closest_triangle(ray).map_or(Answer::MISS, of)
-            };
-            rays.trace_with(part, make, closest, any);
-        } else {
-            let of = |hit| answer(&hit);
-            let closest =
-                |one: &mut Query<'_, S>, ray: &_| one.closest(ray).map_or(Answer::MISS, of);
-            rays.trace_with(part, make, closest, any);
+        match self.returned {
+            Returned::Triangle => {
+                let of = |triangle| triangle_alone(&triangle);
+                let closest = |one: &mut Query<'_, S>, ray: &_| {
+                    one.closest_triangle(ray).map_or(Answer::MISS, of)
+                };
+                rays.trace_with(part, make, closest, any);
+            }
+            Returned::Hit32 => {
+                let of = |hit: Hit32| Answer { triangle: hit.triangle, t: hit.t.into() };
+                let closest =
+                    |one: &mut Query<'_, S>, ray: &_| one.closest32(ray).map_or(Answer::MISS, of);
+                rays.trace_with(part, make, closest, any);
+            }
+            Returned::Hit => {
+                let of = |hit| answer(&hit);
+                let closest =
+                    |one: &mut Query<'_, S>, ray: &_| one.closest(ray).map_or(Answer::MISS, of);
+                rays.trace_with(part, make, closest, any);
+            }
         }
     }
 
@@ -228,7 +247,7 @@ impl<S: PeerScalar> Engine<RayOf<S>> for Kept<S> {
     }
 
     fn exact(&self) -> bool {
-        !self.triangle && self.single.exact()
+        self.returned == Returned::Hit && self.single.exact()
     }
 }
 

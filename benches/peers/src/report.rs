@@ -2,6 +2,7 @@
 
 use intertri::simd::Level;
 
+use crate::builds::Built;
 use crate::engines::ENGINES;
 use crate::leaks::Row as Leaks;
 use crate::measure::Row;
@@ -74,13 +75,17 @@ pub fn table(rows: &[Row]) {
     }
 }
 
-/// Prints the build times of a scene.
-pub fn builds(scene: &str, triangles: usize, threads: usize, times: &[(&str, f64)]) {
-    let s = if threads == 1 { "" } else { "s" };
+/// Prints the heading of a scene's builds.
+pub fn builds(scene: &str, triangles: usize, threads: usize) {
+    let threads = if threads == 0 { "all".into() } else { threads.to_string() };
+    let s = if threads == "1" { "" } else { "s" };
     println!("\n{scene} ({} triangles), built by {threads} thread{s}", grouped(triangles));
-    for (name, milliseconds) in times {
-        println!("{name:22} {milliseconds:9.1} ms");
-    }
+}
+
+/// Prints the time and the memory of a build.
+pub fn build(builder: &str, built: &Built) {
+    let megabytes = built.bytes as f64 / 1e6;
+    println!("{builder:22} {:9.1} ms {megabytes:9.1} MB", built.milliseconds);
 }
 
 /// Prints the leaks at vertices or edges as a Markdown table, with a row per engine and a column

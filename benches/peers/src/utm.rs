@@ -13,7 +13,7 @@ use crate::clock::Clock;
 use crate::engine::{Answer, Engine};
 use crate::in_f64::own::Own;
 use crate::measure::{self, Named, Row};
-use crate::ours::{Batch, Kept};
+use crate::ours::{Batch, Kept, Returned};
 use crate::rays::{Order, primary, rounded};
 use crate::truth::Truth;
 use crate::{doubles, engines, report, scenes};
@@ -95,7 +95,9 @@ impl Town {
         for (name, _) in engines::ENGINES.iter().filter(|(name, _)| wanted(name)) {
             match *name {
                 "exact" => add(name, Box::new(Batch::new(bvh.clone(), Mode::exact()))),
-                "exact-query" => add(name, Box::new(Kept::new(bvh.clone(), Mode::exact(), false))),
+                "exact-query" => {
+                    add(name, Box::new(Kept::new(bvh.clone(), Mode::exact(), Returned::Hit)))
+                }
                 name if doubles::is(name) => {
                     if let Some(engine) = doubles::engine(name, &self.triangles) {
                         add(name, engine);

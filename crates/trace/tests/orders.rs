@@ -80,6 +80,8 @@ fn check(name: &str, rays: &[Ray]) {
             assert_eq!(hits[i].some(), closest, "{name}, ray {i}: the closest hit, {mode:?}");
             let expected = in_f32(bvh, mode, ray, closest);
             assert_eq!(hits32[i], expected, "{name}, ray {i}: the closest hit in f32, {mode:?}");
+            let alone32 = alone.closest32(ray).unwrap_or(Hit32::MISS);
+            assert_eq!(alone32, expected, "{name}, ray {i}: one ray in f32, {mode:?}");
             let triangle =
                 closest.map_or(MeshTriangle::MISS, |Hit { triangle, geometry, .. }| MeshTriangle {
                     triangle,
@@ -117,6 +119,8 @@ fn check(name: &str, rays: &[Ray]) {
         assert_eq!(hits[i].some(), closest, "{name}, ray {i} in f64");
         let expected = in_f32(bvh, Mode::exact(), ray, closest);
         assert_eq!(hits32[i], expected, "{name}, ray {i} in f64, the hit in f32");
+        let alone32 = bvh.query().closest32(ray).unwrap_or(Hit32::MISS);
+        assert_eq!(alone32, expected, "{name}, ray {i} in f64, alone, the hit in f32");
     }
 }
 

@@ -74,11 +74,13 @@ fn near_half_way(k: u16, tiny: f32) -> (Ray, Triangle) {
     (Ray::new([0.0; 3], [0.0, 0.0, 1.0]), Triangle([0, 1, 2].map(corner)))
 }
 
-/// Traces a ray in a bundle and on its own, and returns the hits.
+/// Traces a ray in a bundle, in a batch of its own, and by a single call, and returns the hits.
 fn hits32<S: BvhScalar>(bvh: &Bvh<S>, ray: &RayOf<S>) -> Vec<Hit32> {
     let mut hits = vec![Hit32::MISS; 2001];
     bvh.query().closest_batch_into(&[*ray; 2000], &mut hits[..2000]);
     bvh.query().closest_batch_into(&[*ray], &mut hits[2000..]);
+    hits.extend(bvh.query().closest32(ray));
+    assert_eq!(hits.len(), 2002);
     hits
 }
 
@@ -104,7 +106,7 @@ fn what_f64_rounds_to_half_way_is_rounded_once() {
     }
 }
 
-/// Bundles and streams must round only once, even if coordinates are so large or so small that t, u
+/// Bundles, streams, and single rays must round only once, even if coordinates are so large or so small that t, u
 /// or v are outside the range of f32.
 #[test]
 fn batches_round_once_to_f32() {
@@ -137,6 +139,7 @@ fn batches_round_once_to_f32() {
         bvh.query().closest_batch_into(&rays, &mut hits);
         for ((ray, hit), closest) in rays.iter().zip(&hits).zip(bvh.closest_batch(&rays)) {
             assert_eq!(hit.triangle, closest.triangle);
+            assert_eq!(bvh.query().closest32(ray).unwrap_or(Hit32::MISS), *hit, "{ray:?}");
             if hit.is_hit() {
                 let truth = truth(ray, &triangles[hit.triangle as usize]).unwrap();
                 assert!(truth.are_rounded_to_f32([hit.t, hit.u, hit.v]), "{ray:?} {hit:?}");

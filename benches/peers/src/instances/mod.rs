@@ -206,7 +206,7 @@ fn commits(count: usize, api: Option<&Arc<Api>>, threads: usize) -> Result<(), S
 }
 
 /// Returns the number of bytes of this process that are resident in memory.
-fn resident() -> usize {
+pub fn resident() -> usize {
     let pages = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
     let pages = pages.split(' ').nth(1).and_then(|pages| pages.parse::<usize>().ok());
     pages.unwrap_or(0) * 4096

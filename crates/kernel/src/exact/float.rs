@@ -84,9 +84,11 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     decide_with_t(corners, rays).0
 }
 
-/// Like [`decide`], but also returns bounds on t for hits.
+/// Like [`decide`], but also returns bounds on t for hits. If the error of D may exceed D, there is
+/// no upper bound, and the second number is infinite, NaN, or below the first one. The bounds hold
+/// only if no quotient underflows.
 #[inline(always)]
-pub(super) fn decide_with_t<D: Lanes<Scalar = f64>>(
+pub fn decide_with_t<D: Lanes<Scalar = f64>>(
     [c1, c2, c3]: [Vec3<D>; 3],
     rays: &RayLanes<D>,
 ) -> (Decided<D::Mask>, [D; 2]) {

@@ -52,7 +52,7 @@ pub use closest::{
 pub(crate) use crossing::f32_bounds;
 pub use crossing::{PairDecision, Rule, Side, crossing_from, decide_pair, hit_undecided};
 pub use facing::facing;
-pub use float::{Decided, decide};
+pub use float::{Decided, decide, decide_with_t};
 pub use hit_coefficients::HitCoefficients;
 pub use input::{is_plain, subnormals_are_read};
 pub use on_triangle::is_on;
@@ -60,8 +60,8 @@ pub use pairs::hits_in;
 pub(crate) use pairs::t_in;
 pub use pairs64::{Pair64, hits64};
 pub use rounded::Quotients;
-pub(crate) use rounded32::hits32_in;
 pub use rounded32::{HitCoefficients32, hit32};
+pub(crate) use rounded32::{hit32_alone, hits32_in};
 pub use seen_edge::{edge_side, moment};
 pub use seen_plane::SeenPlane;
 pub use shared_origin64::hits_of_origin64;

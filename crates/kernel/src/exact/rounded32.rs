@@ -140,14 +140,8 @@ pub(crate) fn hits32_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit32; 8] {
     // Process four pairs at a time, because some CPUs lower their clock rate for even a single
     // eight-lane division.
     for from in [0, 4] {
-        let ([c1, c2, c3], origin, dir) = pairs.lanes::<S::F64x4>(from);
-        let (a, h4, h5) = (c1 - origin, c2 - c1, c3 - c1);
-        let (n, moment) = (h4.cross_fused(h5), a.cross_fused(dir));
-        let (of_n, of_moment) = (h4.abs().permanents(h5.abs()), a.abs().permanents(dir.abs()));
-        let over = Over::new(n.dot_fused(dir), permanent(of_n, dir) * doubt);
-        let t: Ends<4> = over.quotient(n.dot_fused(a), permanent(of_n, a) * doubt);
-        let u: Ends<4> = over.quotient(h5.dot_fused(moment), permanent(of_moment, h5) * doubt);
-        let v: Ends<4> = over.quotient(-h4.dot_fused(moment), permanent(of_moment, h4) * doubt);
+        let (corners, origin, dir) = pairs.lanes::<S::F64x4>(from);
+        let [t, u, v] = ends::<_, 4>(corners, origin, dir, doubt);
         for lane in 0..4 {
             let sure = t.is_sure(lane) && u.is_sure(lane) && v.is_sure(lane);
             unsure |= u32::from(!sure) << (from + lane);
@@ -162,6 +156,41 @@ pub(crate) fn hits32_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit32; 8] {
     hits
 }
 
+/// Computes t, u, and v up to their error intervals.
+#[inline(always)]
+fn ends<D: Lanes<Scalar = f64>, const N: usize>(
+    [c1, c2, c3]: [Vec3<D>; 3],
+    origin: Vec3<D>,
+    dir: Vec3<D>,
+    doubt: D,
+) -> [Ends<N>; 3] {
+    let (a, h4, h5) = (c1 - origin, c2 - c1, c3 - c1);
+    let (n, moment) = (h4.cross_fused(h5), a.cross_fused(dir));
+    let (of_n, of_moment) = (h4.abs().permanents(h5.abs()), a.abs().permanents(dir.abs()));
+    let over = Over::new(n.dot_fused(dir), permanent(of_n, dir) * doubt);
+    [
+        over.quotient(n.dot_fused(a), permanent(of_n, a) * doubt),
+        over.quotient(h5.dot_fused(moment), permanent(of_moment, h5) * doubt),
+        over.quotient(-h4.dot_fused(moment), permanent(of_moment, h4) * doubt),
+    ]
+}
+
+/// Returns the f32 hit of a ray on a triangle that it is known to hit, with t, u, and v correctly
+/// rounded.
+#[inline(always)]
+pub(crate) fn hit32_alone(ray: &Ray, triangle: &Triangle, index: u32) -> Hit32 {
+    let vector = |[x, y, z]: [f32; 3]| Vec3::<f64> { x: x.into(), y: y.into(), z: z.into() };
+    let [c1, c2, c3] = triangle.0;
+    let corners = [vector(c1), vector(c2), vector(c3)];
+    let doubt = if subnormals_are_read() { DOUBT } else { f64::NAN };
+    let [t, u, v] = ends::<f64, 1>(corners, vector(ray.origin), vector(ray.dir), doubt);
+    if t.is_sure(0) && u.is_sure(0) && v.is_sure(0) {
+        Hit32::new([t.most[0], u.most[0], v.most[0]], index)
+    } else {
+        hit32_of_pair(ray, triangle, index)
+    }
+}
+
 /// Computes the permanent of a volume from the permanents of a cross product and the third vector.
 #[inline(always)]
 fn permanent<D: Lanes<Scalar = f64>>(product: Vec3<D>, by: Vec3<D>) -> D {
@@ -169,6 +198,8 @@ fn permanent<D: Lanes<Scalar = f64>>(product: Vec3<D>, by: Vec3<D>) -> D {
 }
 
 /// Computes the hit of a pair exactly.
+#[cold]
+#[inline(never)]
 fn hit32_of_pair(ray: &Ray, triangle: &Triangle, index: u32) -> Hit32 {
     Hit32::new(attributes32(ray, triangle), index)
 }

@@ -307,11 +307,12 @@ impl<'a> Resolver<'a> {
         triangle_id: TriangleId,
         (id, slot): (RayId, LeafSlot),
     ) -> Hit32 {
-        let hit = self.hit_attributes(ray, triangle, triangle_id, (id, slot));
         match self {
-            Self::Document(_) => hit.into(),
-            Self::Exact(_) => crate::exact::hit32(&hit, ray, triangle),
-            Self::Originals(originals) => originals.hit32(&hit, id, slot),
+            Self::Document(_) => self.hit_attributes(ray, triangle, triangle_id, (id, slot)).into(),
+            Self::Exact(_) => crate::exact::hit32_alone(ray, triangle, triangle_id.0),
+            Self::Originals(originals) => {
+                originals.hit32(&originals.hit_attributes(id, slot), id, slot)
+            }
         }
     }
 

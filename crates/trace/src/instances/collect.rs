@@ -28,18 +28,20 @@ pub(super) trait Collect {
     /// Whether hits count regardless of geometry masks.
     const ALL_GEOMETRIES: bool = false;
 
-    /// Records a hit. Returns false once no further hit can count.
-    fn take(&mut self, hit: Candidate) -> bool;
+    /// Records a hit whose t is between the given bounds, which may be
+    /// [`NO_BOUNDS`]. Returns false once no further hit can count.
+    fn take(&mut self, hit: Candidate, bounds: [f64; 2]) -> bool;
 
     /// Returns the t beyond which hits are ignored. A hit at exactly this t may be ignored as well.
     fn far(&self) -> f64;
 }
 
-/// Collects the closest hit.
+/// Collects the closest hit. Two hits are compared by bounds on t. If these overlap, the hits are
+/// compared by the correctly rounded t and, if that is equal, by the exact t.
 pub(super) struct Closest<'a> {
     pub(super) ray: &'a Ray64,
-    /// The closest hit so far and its correctly rounded t.
-    pub(super) best: Option<(f64, Candidate)>,
+    /// The closest hit so far, and bounds on its t. Equal bounds are the correctly rounded t.
+    best: Option<([f64; 2], Candidate)>,
     far: f64,
 }
 
@@ -47,29 +49,61 @@ impl<'a> Closest<'a> {
     pub(super) fn of(ray: &'a Ray64) -> Self {
         Self { ray, best: None, far: ray.t_max }
     }
+
+    /// Returns the closest hit.
+    pub(super) fn best(&self) -> Option<Candidate> {
+        self.best.map(|(_, best)| best)
+    }
+
+    /// Returns whether a hit whose bounds overlap those of the closest hit so far is closer. Also
+    /// replaces both pairs of bounds by the correctly rounded t.
+    #[inline(never)]
+    fn is_beaten_by(&mut self, hit: &Candidate, bounds: &mut [f64; 2]) -> bool {
+        let Some((best_bounds, best)) = &mut self.best else { return true };
+        for (bounds, hit) in [(&mut *bounds, hit), (best_bounds, best)] {
+            if bounds[0] != bounds[1] {
+                *bounds = [exact::t(self.ray, &hit.triangle); 2];
+            }
+        }
+        // Rounding is monotonic, so exact t values need comparing only if the rounded ones are
+        // equal.
+        let order = match bounds[0].total_cmp(&best_bounds[0]) {
+            Ordering::Equal => exact::order(self.ray, &hit.triangle, &best.triangle),
+            order => order,
+        };
+        order.then_with(|| hit.key().cmp(&best.key())).is_lt()
+    }
 }
+
+/// What a collector receives for a hit whose t has no bounds.
+pub(super) const NO_BOUNDS: [f64; 2] = [f64::NAN; 2];
+
+/// The largest relative difference between useful bounds on t: 2^-24.
+const CLOSE: f64 = 1.0 / (1 << 24) as f64;
+
+/// Bounds below this (2^-1000) may have underflowed.
+const LEAST: f64 = f64::from_bits((1023 - 1000) << 52);
 
 impl Collect for Closest<'_> {
     const SHORTENS: bool = true;
 
-    #[inline(never)]
-    fn take(&mut self, hit: Candidate) -> bool {
-        let t = exact::t(self.ray, &hit.triangle);
-        // Rounding is monotonic, so exact t values need comparing only if the rounded ones are
-        // equal.
-        let is_closer = self.best.as_ref().is_none_or(|(least, best)| {
-            let order = match t.total_cmp(least) {
-                Ordering::Equal => exact::order(self.ray, &hit.triangle, &best.triangle),
-                order => order,
-            };
-            order.then_with(|| hit.key().cmp(&best.key())).is_lt()
-        });
-        if is_closer {
-            self.best = Some((t, hit));
-            // Keep searching up to the next representable t, so that hits with the same rounded t
-            // are still found.
-            self.far = t.next_up().max(f64::MIN_POSITIVE).min(self.ray.t_max);
+    fn take(&mut self, hit: Candidate, mut bounds: [f64; 2]) -> bool {
+        // Bounds that are far apart would hardly shorten the ray. The comparisons are false for NaN.
+        let [lo, hi] = bounds;
+        if !(lo >= LEAST && hi >= lo && hi - lo <= CLOSE * lo) {
+            bounds = [exact::t(self.ray, &hit.triangle); 2];
         }
+        if let Some(([lo, hi], _)) = self.best {
+            let is_closer =
+                bounds[1] < lo || bounds[0] <= hi && self.is_beaten_by(&hit, &mut bounds);
+            if !is_closer {
+                return true;
+            }
+        }
+        self.best = Some((bounds, hit));
+        // Keep searching up to the next representable t, so that hits with the same rounded t are
+        // still found.
+        self.far = bounds[1].next_up().max(f64::MIN_POSITIVE).min(self.ray.t_max);
         true
     }
 
@@ -88,7 +122,7 @@ pub(super) struct Any {
 impl Collect for Any {
     const SHORTENS: bool = false;
 
-    fn take(&mut self, _: Candidate) -> bool {
+    fn take(&mut self, _: Candidate, _: [f64; 2]) -> bool {
         self.is_hit = true;
         false
     }
@@ -108,7 +142,7 @@ pub(super) struct All {
 impl Collect for All {
     const SHORTENS: bool = false;
 
-    fn take(&mut self, hit: Candidate) -> bool {
+    fn take(&mut self, hit: Candidate, _: [f64; 2]) -> bool {
         self.hits.push(hit);
         true
     }

@@ -3,11 +3,11 @@
 use std::marker::PhantomData;
 
 use intertri::internal::RayLanes;
-use intertri::internal::exact::{self, decide};
+use intertri::internal::exact::{self, decide_with_t};
 use intertri::simd::{Lanes, Mask, Simd, Vec3};
 use intertri::{LeafSlot, Ray64, Rule, Triangle64};
 
-use super::collect::{Candidate, Collect};
+use super::collect::{Candidate, Collect, NO_BOUNDS};
 use super::matrix::{Matrix, placed, placed_triangle};
 use super::tree_ray::rounded_up;
 use crate::bvh::Bvh;
@@ -59,7 +59,7 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
     ) -> bool {
         // Run the first tier of the exact test.
         let lanes = RayLanes::<S::F64x8>::of_ray(ray).until(Lanes::splat(collect.far()));
-        let decided = decide(corners, &lanes);
+        let (decided, bounds) = decide_with_t(corners, &lanes);
         let sure = if self.rule == Rule::Closed { decided.closed } else { decided.inside };
         let (mut miss, mut sure) = (decided.miss.bits(), sure.bits());
         if !is_tame {
@@ -69,7 +69,13 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
         // The remaining lanes are either certain hits or undecided. Both are rare, so process them
         // one lane at a time.
         let left = self.bvh.tree.present(leaf) & !miss;
-        left == 0 || self.settle((leaf, left, sure), ray, collect)
+        if left == 0 {
+            return true;
+        }
+        let mut t = [[0.0; 8]; 2];
+        bounds[0].store(&mut t[0]);
+        bounds[1].store(&mut t[1]);
+        self.settle((leaf, left, sure), &t, ray, collect)
     }
 
     /// Returns the triangle in a slot, in world space.
@@ -87,12 +93,13 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
         (0..8).filter(is_plain).map(|lane| 1 << lane).sum()
     }
 
-    /// Collects the hits in the given lanes of a leaf. Lanes in `sure` are certain hits. Returns
-    /// false if no further hit can count.
+    /// Collects the hits in the given lanes of a leaf. Lanes in `sure` are certain hits, and have
+    /// bounds on t. Returns false if no further hit can count.
     #[inline(never)]
     fn settle<C: Collect>(
         &self,
         (leaf, lanes, sure): (usize, u32, u32),
+        [lo, hi]: &[[f64; 8]; 2],
         ray: &Ray64,
         collect: &mut C,
     ) -> bool {
@@ -101,11 +108,13 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
             let slot = LeafSlot((8 * leaf + lane) as u32);
             let position = self.bvh.tree.index_of(slot);
             let triangle = self.triangle(slot);
-            let is_hit = sure >> lane & 1 != 0 || exact::hit(self.rule, ray, &triangle);
+            let is_sure = sure >> lane & 1 != 0;
+            let is_hit = is_sure || exact::hit(self.rule, ray, &triangle);
             let counts = C::ALL_GEOMETRIES || geometries.mask_of(position) & self.mask != 0;
             if is_hit && counts {
                 let instance = self.instance;
-                if !collect.take(Candidate { instance, position: position.0, triangle }) {
+                let bounds = if is_sure { [lo[lane], hi[lane]] } else { NO_BOUNDS };
+                if !collect.take(Candidate { instance, position: position.0, triangle }, bounds) {
                     return false;
                 }
             }

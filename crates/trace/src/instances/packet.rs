@@ -136,6 +136,7 @@ impl<'a> World<'a> {
             some: 0,
             negative: [0; 3],
         };
+        let mut most = S::F64x8::splat(0.0);
         for first in [0, 8] {
             let some = some >> first & 0xFF;
             if some == 0 {
@@ -155,10 +156,12 @@ impl<'a> World<'a> {
             dir.x.store_f32(&mut x[first..]);
             dir.y.store_f32(&mut y[first..]);
             dir.z.store_f32(&mut z[first..]);
-            let mut rooms = [0.0; 8];
-            room.store(&mut rooms);
-            rays.room = lanes_of(some).map(|lane| rooms[lane]).fold(rays.room, f64::max);
+            let some = <S::F64x8 as Lanes>::Mask::from_bits(some);
+            most = most.max(Lanes::select(some, room, Lanes::splat(0.0)));
         }
+        let mut rooms = [0.0; 8];
+        most.store(&mut rooms);
+        rays.room = rooms.into_iter().fold(0.0, f64::max);
         rays.negative = negative::<S>(&rays.packet.dir);
         rays
     }

@@ -99,7 +99,7 @@ impl Collect for Winding<'_> {
     const SHORTENS: bool = false;
     const ALL_GEOMETRIES: bool = true;
 
-    fn take(&mut self, hit: Candidate) -> bool {
+    fn take(&mut self, hit: Candidate, _: [f64; 2]) -> bool {
         // Crossings are found under `Rule::Once`, so `facing` always returns a side.
         let leaves = facing(self.ray, &hit.triangle) == Some(Side::Leaves);
         self.containment = self.containment.crossed(leaves);

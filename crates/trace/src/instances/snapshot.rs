@@ -79,7 +79,7 @@ impl SceneSnapshot {
     pub fn closest(&self, ray: &Ray64) -> Option<SceneHit> {
         let mut closest = Closest::of(ray);
         self.trace(ray, Rule::Closed, &mut closest);
-        let (_, found) = closest.best?;
+        let found = closest.best()?;
         let mut hit = [Hit::MISS];
         exact::hits64(self.level, &[(ray, &found.triangle, found.position)], &mut hit);
         Some(self.named(ray, &found, hit[0]))
@@ -199,8 +199,7 @@ impl SceneSnapshot {
     fn closest_of(&self, rays: &[Ray64], hits: &mut [SceneHit], patience: &mut Patience) {
         let mut closest: Vec<Closest<'_>> = rays.iter().map(Closest::of).collect();
         self.trace_each(rays, &mut closest, patience);
-        let found = closest.iter().map(|closest| closest.best.map(|(_, best)| best));
-        let found: Vec<Option<Candidate>> = found.collect();
+        let found: Vec<Option<Candidate>> = closest.iter().map(Closest::best).collect();
         // Compute t, u, and v for several rays in SIMD lanes.
         let rays_and_found = || rays.iter().zip(&found).filter_map(|(r, f)| Some((r, f.as_ref()?)));
         let pairs: Vec<_> = rays_and_found().map(|(r, f)| (r, &f.triangle, f.position)).collect();

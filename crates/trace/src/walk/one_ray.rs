@@ -2,9 +2,9 @@
 //! instead of in every crate that calls them.
 
 use intertri::internal::exact::Side;
-use intertri::{ClosestHit, Crossing, Filter, Hit, LeafSlot, Ray, RayId};
+use intertri::{ClosestHit, Crossing, Filter, Hit, Hit32, LeafSlot, Ray, RayId};
 
-use super::single::{All, Closest, Hits, SingleRay};
+use super::single::{All, Closest, Hits, Hits32, SingleRay};
 use crate::containment::Containment;
 use crate::tree::{MeshTriangle, Tree};
 
@@ -12,6 +12,14 @@ use crate::tree::{MeshTriangle, Tree};
 pub(crate) fn closest(single: SingleRay<'_>) -> Option<Hit> {
     let SingleRay { tree, filter, .. } = single;
     let mut hit = filter.level().run(Hits(single))?;
+    tree.geometries.rename([&mut hit]);
+    Some(hit)
+}
+
+/// Returns the closest hit, with t, u, and v in f32.
+pub(crate) fn closest32(single: SingleRay<'_>) -> Option<Hit32> {
+    let SingleRay { tree, filter, .. } = single;
+    let mut hit = filter.level().run(Hits32(single))?;
     tree.geometries.rename([&mut hit]);
     Some(hit)
 }

@@ -4,7 +4,7 @@ use std::marker::PhantomData;
 
 use crate::util::lane_ops::lanes_of;
 use intertri::simd::{Simd, WithSimd};
-use intertri::{ClosestHit, Counts, Filter, Hit, LeafSlot, PreparedRay, Ray, RayId};
+use intertri::{ClosestHit, Counts, Filter, Hit, Hit32, LeafSlot, PreparedRay, Ray, RayId};
 
 use super::stack::TraversalScratch;
 use super::traverse::{Visit, traverse};
@@ -59,6 +59,21 @@ impl WithSimd for Hits<'_> {
         let SingleRay { tree, filter, ray, .. } = self.0;
         let (closest, _) = Closest::<false>(self.0).run::<S>();
         filter.hit(ray, &closest, |slot| tree.triangle_in(slot))
+    }
+}
+
+/// Like [`Hits`], but with t and the weights in f32.
+pub(crate) struct Hits32<'a>(pub(crate) SingleRay<'a>);
+
+impl WithSimd for Hits32<'_> {
+    type Output = Option<Hit32>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Option<Hit32> {
+        let SingleRay { tree, filter, ray, id, .. } = self.0;
+        let (closest, _) = Closest::<false>(self.0).run::<S>();
+        let (triangle, slot) = closest.triangle()?;
+        Some(filter.resolver().hit32(ray, &tree.triangle_in(slot), triangle, (id, slot)))
     }
 }
 
