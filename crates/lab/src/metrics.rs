@@ -69,7 +69,7 @@ const CLOSED: [(&str, usize); 3] =
 
 /// A method's results in one unit of work.
 #[derive(Clone, Default)]
-struct Found {
+struct Tally {
     true_hits: u64,
     false_misses: u64,
     false_hits: u64,
@@ -82,7 +82,7 @@ struct Found {
 /// Runs every method on at least `cases` cases of a family. Calls `step` with the number of cases
 /// just completed. The counts depend only on the seed and the number of cases.
 pub fn metrics(family: &Family, seed: u64, cases: u64, step: &(impl Fn(u64) + Sync)) -> Vec<Row> {
-    let pieces: Vec<(Vec<Found>, Vec<ErrorCounts>)> = (0..cases.div_ceil(PIECE))
+    let pieces: Vec<(Vec<Tally>, Vec<ErrorCounts>)> = (0..cases.div_ceil(PIECE))
         .into_par_iter()
         .map(|piece| {
             let mut rng = Rng::new(seed ^ piece << 8);
@@ -95,7 +95,7 @@ pub fn metrics(family: &Family, seed: u64, cases: u64, step: &(impl Fn(u64) + Sy
 
     let row = |(k, method): (usize, &crate::methods::Method)| {
         let sum =
-            |of: fn(&Found) -> u64| pieces.iter().map(|(found, _)| of(&found[k])).sum::<u64>();
+            |of: fn(&Tally) -> u64| pieces.iter().map(|(found, _)| of(&found[k])).sum::<u64>();
         let closed = |of: fn(&ErrorCounts) -> u64| {
             pieces.iter().filter_map(|(_, error_counts)| error_counts.get(k)).map(of).sum::<u64>()
         };
@@ -129,7 +129,7 @@ pub fn metrics(family: &Family, seed: u64, cases: u64, step: &(impl Fn(u64) + Sy
 }
 
 /// Runs all methods on a list of cases.
-fn ask(cases: &[Case]) -> Vec<Found> {
+fn ask(cases: &[Case]) -> Vec<Tally> {
     let asked = CaseAnswers::of(cases);
     // Compute the exact t of the first true hits.
     let hits = (0..cases.len()).filter(|&i| asked.oracle[i].is_hit()).take(EXACT);
@@ -137,7 +137,7 @@ fn ask(cases: &[Case]) -> Vec<Found> {
         hits.filter_map(|i| Some((i, exact_t(&cases[i].triangle, &cases[i].ray)?))).collect();
     let of_method = |(method, answers): (&crate::methods::Method, &Vec<_>)| {
         let answers: &[crate::test_batch::Answer] = answers;
-        let mut found = Found::default();
+        let mut found = Tally::default();
         for (i, answer) in answers.iter().enumerate() {
             let is_hit = asked.oracle[i].is_hit();
             found.true_hits += u64::from(is_hit);

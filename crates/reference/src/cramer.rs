@@ -84,7 +84,7 @@ pub struct Viewpoint {
 
 /// The point where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Meeting {
+pub struct Intersection {
     /// The distance, always positive, in multiples of the length of the ray's direction.
     pub t: f64,
     /// The weight of B.
@@ -129,12 +129,12 @@ impl Viewpoint {
     /// Only the side that the normal `AB ^ AC` points to is visible, so `dir` must run against the
     /// normal. Points on AB and AC are hits. Points on BC, including its ends, are misses, and so
     /// is a point at the viewpoint.
-    pub fn inter(&self, dir: Vector) -> Option<Meeting> {
+    pub fn inter(&self, dir: Vector) -> Option<Intersection> {
         let u = self.u & dir;
         let v = self.v & dir;
         let d = self.d & dir;
         let hit = u + v < d && u >= 0.0 && v >= 0.0 && self.t_ap > 0.0;
-        hit.then(|| Meeting { t: self.t_ap / d, u: u / d, v: v / d })
+        hit.then(|| Intersection { t: self.t_ap / d, u: u / d, v: v / d })
     }
 }
 

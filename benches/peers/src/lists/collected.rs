@@ -11,7 +11,7 @@ use crate::engine::{Answer, CHUNK};
 
 /// A hit as another tracer reports it.
 #[derive(Clone, Copy)]
-pub struct Found {
+pub struct ListedHit {
     pub t: f32,
     pub triangle: u32,
     // u and v are stored only so that all lists cost the same: intertri's hits also contain them.
@@ -23,7 +23,7 @@ pub struct Found {
 
 /// Sorts the hits of a ray.
 #[inline(always)]
-pub fn sort(hits: &mut [Found]) {
+pub fn sort(hits: &mut [ListedHit]) {
     if hits.len() > 1 {
         hits.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
     }
@@ -32,7 +32,7 @@ pub fn sort(hits: &mut [Found]) {
 /// The hits of a chunk of rays, and the position at which each ray's hits end.
 #[derive(Default)]
 pub struct Lists {
-    pub hits: Vec<Found>,
+    pub hits: Vec<ListedHit>,
     pub ends: Vec<usize>,
 }
 

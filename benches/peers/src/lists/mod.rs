@@ -7,7 +7,7 @@ mod embree;
 mod obvhs;
 mod ours;
 
-pub use collected::Found;
+pub use collected::ListedHit;
 
 use std::collections::HashMap;
 use std::path::PathBuf;

@@ -8,7 +8,7 @@ use intertri::{Ray, Triangle};
 use obvhs::BvhBuildParams;
 use obvhs::ray::RayHit;
 
-use super::collected::{Collected, Found, sort};
+use super::collected::{Collected, ListedHit, sort};
 use crate::engine::{Answer, Engine, Question};
 use crate::obvhs::{Layout, Obvhs};
 
@@ -41,7 +41,7 @@ impl Engine for Every {
                 let mut take = |ray: &obvhs::ray::Ray, i: usize| {
                     let t = triangles[i].intersect(ray);
                     if t < ray.tmax {
-                        hits.push(Found { t, triangle: indices[i], u: 0.0, v: 0.0 });
+                        hits.push(ListedHit { t, triangle: indices[i], u: 0.0, v: 0.0 });
                     }
                     f32::INFINITY
                 };

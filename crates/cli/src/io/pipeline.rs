@@ -67,12 +67,12 @@ fn read_all<B>(
 }
 
 /// A batch number with the processed batch, or with its worker's error or panic.
-type Worked<B> = (usize, thread::Result<Result<B>>);
+type ProcessedBatch<B> = (usize, thread::Result<Result<B>>);
 
 /// Lets the thread pool process batches until there are no more, or until the receiver is gone.
 fn work_on_all<B: Send>(
     full: Receiver<B>,
-    done: &Sender<Worked<B>>,
+    done: &Sender<ProcessedBatch<B>>,
     work: &(impl Fn(&mut B) -> Result<()> + Sync),
 ) {
     let refused = AtomicBool::new(false);
@@ -95,7 +95,7 @@ fn work_on_all<B: Send>(
 
 /// Writes batches in the order of their numbers, and frees them.
 fn write_in_order<B>(
-    done: Receiver<Worked<B>>,
+    done: Receiver<ProcessedBatch<B>>,
     free: &Sender<B>,
     mut write: impl FnMut(&B) -> Result<()>,
 ) -> Result<()> {

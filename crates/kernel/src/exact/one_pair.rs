@@ -55,15 +55,15 @@ fn sign(x: f64, err: f64) -> i8 {
 /// large or so small that a product overflows or underflows.
 pub(super) fn meet<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Intersection {
     // Four lanes hold all four volumes, so wider registers would not help.
-    Level::avx2().unwrap_or(Level::PORTABLE).run(Meet { ray, triangle })
+    Level::avx2().unwrap_or(Level::PORTABLE).run(IntersectPair { ray, triangle })
 }
 
-struct Meet<'a, X> {
+struct IntersectPair<'a, X> {
     ray: &'a RayOf<X>,
     triangle: &'a TriangleOf<X>,
 }
 
-impl<X: Scalar> WithSimd for Meet<'_, X> {
+impl<X: Scalar> WithSimd for IntersectPair<'_, X> {
     type Output = Intersection;
 
     #[inline(always)]

@@ -30,10 +30,10 @@ pub fn hits_of_origin64(
     scratch: &mut Vec<[HitCoefficients; 8]>,
     hits: &mut [Hit],
 ) {
-    level.run(OfOrigin { rays, triangles, pairs, scratch, hits });
+    level.run(HitsOfOrigin { rays, triangles, pairs, scratch, hits });
 }
 
-struct OfOrigin<'a> {
+struct HitsOfOrigin<'a> {
     rays: &'a [Ray64],
     triangles: &'a [(&'a Triangle64, u32)],
     pairs: &'a [(u32, u32)],
@@ -41,7 +41,7 @@ struct OfOrigin<'a> {
     hits: &'a mut [Hit],
 }
 
-impl WithSimd for OfOrigin<'_> {
+impl WithSimd for HitsOfOrigin<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -6,7 +6,7 @@ use super::edges::{Edges, cross_i64, i64s, splat, volume};
 use super::prepared::minus;
 use super::ratio::Ratio;
 use super::snapped::{Ray, Triangle};
-use crate::simd::{Ints, One};
+use crate::simd::{Ints, WrappingI64};
 
 impl Crossing {
     /// Returns where a ray crosses a triangle, or `None` if it does not. This function performs the
@@ -24,7 +24,7 @@ impl Crossing {
         let (a, h4, h5) = (minus(c1, ray.origin()), minus(c2, c1), minus(c3, c1));
         let (a, h4, h5) = (i64s(a), i64s(h4), i64s(h5));
         let triangle = [splat(a), splat(h4), splat(h5), splat(cross_i64(h4, h5))];
-        let edges = Edges::<One>::new(splat([0; 3]), splat(i64s(ray.dir())), triangle);
+        let edges = Edges::<WrappingI64>::new(splat([0; 3]), splat(i64s(ray.dir())), triangle);
         let (with, against) = edges.sides(1);
         if with | against == 0 {
             return None;

@@ -176,17 +176,17 @@ impl Fixed {
 
     /// Calls `go_on` for every crossing until it returns false.
     fn each(self, blocks: &[Block<8>], ray: &Ray, go_on: impl FnMut(Crossing, u32) -> bool) {
-        self.level.run(Each { blocks, ray, go_on });
+        self.level.run(ForEachCrossing { blocks, ray, go_on });
     }
 }
 
-struct Each<'a, E> {
+struct ForEachCrossing<'a, E> {
     blocks: &'a [Block<8>],
     ray: &'a Ray,
     go_on: E,
 }
 
-impl<E: FnMut(Crossing, u32) -> bool> WithSimd for Each<'_, E> {
+impl<E: FnMut(Crossing, u32) -> bool> WithSimd for ForEachCrossing<'_, E> {
     type Output = ();
 
     #[inline(always)]

@@ -18,7 +18,7 @@ pub(super) fn closest(
     ray: &Ray64,
 ) -> Option<Hit> {
     let mut best: Option<(f64, u32)> = None;
-    level.run(Found {
+    level.run(ForEachHit {
         rule,
         triangles,
         ray,
@@ -47,7 +47,7 @@ pub(super) fn closest(
 #[inline]
 pub(super) fn any(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray64) -> bool {
     let mut any = false;
-    level.run(Found {
+    level.run(ForEachHit {
         rule,
         triangles,
         ray,
@@ -63,7 +63,7 @@ pub(super) fn any(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray6
 #[inline]
 pub(super) fn all(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray64) -> Vec<Hit> {
     let mut pairs = Vec::new();
-    level.run(Found {
+    level.run(ForEachHit {
         rule,
         triangles,
         ray,
@@ -85,14 +85,14 @@ pub(super) fn all(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray6
 
 /// Calls `found` for each triangle that a ray hits, in the order of the slice, until `found`
 /// returns false.
-struct Found<'a, F> {
+struct ForEachHit<'a, F> {
     rule: Rule,
     triangles: &'a [Triangle64],
     ray: &'a Ray64,
     found: F,
 }
 
-impl<F: FnMut(u32) -> bool> WithSimd for Found<'_, F> {
+impl<F: FnMut(u32) -> bool> WithSimd for ForEachHit<'_, F> {
     type Output = ();
 
     #[inline(always)]

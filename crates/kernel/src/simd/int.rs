@@ -122,9 +122,9 @@ impl<L: Ints> Ints for Pair<L> {
 
 /// A single i64 whose `+` and `-` wrap in every build.
 #[derive(Clone, Copy)]
-pub(crate) struct One(i64);
+pub(crate) struct WrappingI64(i64);
 
-impl Add for One {
+impl Add for WrappingI64 {
     type Output = Self;
     #[inline(always)]
     fn add(self, b: Self) -> Self {
@@ -132,7 +132,7 @@ impl Add for One {
     }
 }
 
-impl Sub for One {
+impl Sub for WrappingI64 {
     type Output = Self;
     #[inline(always)]
     fn sub(self, b: Self) -> Self {
@@ -140,7 +140,7 @@ impl Sub for One {
     }
 }
 
-impl Ints for One {
+impl Ints for WrappingI64 {
     const N: usize = 1;
 
     #[inline(always)]

@@ -16,36 +16,37 @@ pub(super) fn closest(batch: &TestBatch, error_counts: &mut [ErrorCounts]) -> u6
     let rays = batch.rays.len() as u64;
     let layout = Layout { form: Form::Packets, lanes: 8 };
     let mut nearest = Vec::new();
-    let mut ask = |method: &Method, batch: &TestBatch, known: &Known, errors: &mut ErrorCounts| {
-        let batches = one(batch);
-        if method.closest(Level::best(), batches, layout, &mut nearest).is_some() {
-            errors.trials += rays;
-            errors.wrong += known.right.wrong(&nearest);
-            let differs = |(a, b): &(&ClosestHit, &ClosestHit)| a.triangle != b.triangle;
-            let differ = nearest.iter().zip(&known.reference).filter(differs).count();
-            errors.not_reference += differ as u64;
-        }
-    };
-    let known = Known::of(batch);
+    let mut ask =
+        |method: &Method, batch: &TestBatch, known: &ExpectedAnswers, errors: &mut ErrorCounts| {
+            let batches = one(batch);
+            if method.closest(Level::best(), batches, layout, &mut nearest).is_some() {
+                errors.trials += rays;
+                errors.wrong += known.right.wrong(&nearest);
+                let differs = |(a, b): &(&ClosestHit, &ClosestHit)| a.triangle != b.triangle;
+                let differ = nearest.iter().zip(&known.reference).filter(differs).count();
+                errors.not_reference += differ as u64;
+            }
+        };
+    let known = ExpectedAnswers::of(batch);
     for (method, errors) in METHODS.iter().zip(&mut *error_counts) {
         ask(method, batch, &known, errors);
     }
     if let (Some(snapped), Some(errors), Some(fixed)) =
         (on_grid(batch), error_counts.last_mut(), METHODS.last())
     {
-        ask(fixed, &snapped, &Known::of(&snapped), errors);
+        ask(fixed, &snapped, &ExpectedAnswers::of(&snapped), errors);
     }
     rays
 }
 
 /// The correct results and the reference's results for a batch, with which every method's results
 /// are compared.
-struct Known {
+struct ExpectedAnswers {
     right: RightAnswers,
     reference: Vec<ClosestHit>,
 }
 
-impl Known {
+impl ExpectedAnswers {
     fn of(batch: &TestBatch) -> Self {
         let mut reference = Vec::new();
         reference_closest(one(batch), &mut reference);

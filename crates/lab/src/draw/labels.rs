@@ -6,7 +6,7 @@ use super::svg::width;
 
 /// A point that needs a label.
 #[derive(Clone, Debug)]
-pub(super) struct Wanted {
+pub(super) struct PointLabel {
     pub(super) text: String,
     pub(super) at: [f64; 2],
     pub(super) bold: bool,
@@ -50,7 +50,7 @@ impl Area {
 
 /// Places labels in one font size within bounds. `obstacles` are points that no label should cover.
 pub(super) fn place(
-    wanted: &[Wanted],
+    wanted: &[PointLabel],
     size: f64,
     bounds: Area,
     obstacles: &[[f64; 2]],
@@ -88,7 +88,7 @@ pub(super) fn place(
         }
     }
 
-    let placed = |(i, label): (usize, &Wanted)| {
+    let placed = |(i, label): (usize, &PointLabel)| {
         let area = candidates[i][chosen[i]];
         let end = nearest(&area, label.at);
         Placed {
@@ -100,7 +100,7 @@ pub(super) fn place(
 }
 
 /// Returns the candidate positions of a label around its point.
-fn around(label: &Wanted, size: f64) -> Vec<Area> {
+fn around(label: &PointLabel, size: f64) -> Vec<Area> {
     let (w, h) =
         (width(&label.text, size) * if label.bold { 1.08 } else { 1.0 } + 3.0, 1.12 * size);
     let [x, y] = label.at;
@@ -154,7 +154,7 @@ fn cross(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::width;
-    use super::{Area, Wanted, place};
+    use super::{Area, PointLabel, place};
 
     #[test]
     fn labels_of_a_crowd_stay_apart_and_inside() {
@@ -162,7 +162,7 @@ mod tests {
         let wanted: Vec<_> = (0..12)
             .map(|k| {
                 let at = [440.0 + f64::from(k % 4) * 6.0, 150.0 + f64::from(k / 4) * 5.0];
-                Wanted { text: format!("method number {k}"), at, bold: false }
+                PointLabel { text: format!("method number {k}"), at, bold: false }
             })
             .collect();
         let bounds = Area { lo: [0.0, 0.0], hi: [500.0, 300.0] };

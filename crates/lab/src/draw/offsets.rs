@@ -4,7 +4,7 @@
 use super::axis::{Log, power};
 use super::marks::{colour_of, is_kernel, pale_of};
 use super::svg::{Anchor, FAINT, Font, GREY, INK, Svg};
-use crate::stress::{ASKED, DISTANCES, InputPrecision, OffsetErrors};
+use crate::stress::{CONTENDERS, DISTANCES, InputPrecision, OffsetErrors};
 
 const LEFT: f64 = 250.0;
 const WIDE: f64 = 560.0;
@@ -20,9 +20,9 @@ const HEADING: f64 = 34.0;
 const NORTHING: f64 = 528_980.0;
 
 /// Plots the share of wrong answers against a wall's distance from the coordinate origin, for each
-/// method in [`ASKED`]. `caption` is printed below.
+/// method in [`CONTENDERS`]. `caption` is printed below.
 pub fn offsets(errors: &[OffsetErrors], caption: &str) -> Svg {
-    let rows = ASKED.len() as f64;
+    let rows = CONTENDERS.len() as f64;
     let bottom = TOP + 2.0 * HEADING + rows * ROW;
     let mut svg = Svg::new(LEFT + WIDE + RIGHT, bottom + 82.0);
     let title = "Walls far from zero: answers for the coordinates as given, and rounded to f32";
@@ -52,8 +52,8 @@ pub fn offsets(errors: &[OffsetErrors], caption: &str) -> Svg {
     let at = format!("at {} km", (near / 1000.0).round());
     svg.text([LEFT + WIDE + 10.0, TOP + 8.0], &at, Font::new(11.0, Anchor::Start).bold());
     let mut y = TOP;
-    for (i, &(method, given)) in ASKED.iter().enumerate() {
-        if i == 0 || ASKED[i - 1].1 != given {
+    for (i, &(method, given)) in CONTENDERS.iter().enumerate() {
+        if i == 0 || CONTENDERS[i - 1].1 != given {
             y += HEADING;
             let heading = match given {
                 InputPrecision::AsGiven => "f64, as given",

@@ -1,7 +1,7 @@
 //! Draws one panel of the chart, with all methods on one workload.
 
 use super::axis::{Log, power};
-use super::labels::{Area, Wanted, place};
+use super::labels::{Area, PointLabel, place};
 use super::marks::{colour_of, in_order, is_kernel, mark};
 use super::svg::{Anchor, FAINT, Font, GREY, INK, Svg};
 use crate::methods::Method;
@@ -227,7 +227,7 @@ fn labels(
     let wanted: Vec<_> = points
         .iter()
         .filter(|p| p.share > 0.0)
-        .map(|p| Wanted { text: p.name.clone(), at: axes.at(p), bold: is_bold(p) })
+        .map(|p| PointLabel { text: p.name.clone(), at: axes.at(p), bold: is_bold(p) })
         .collect();
     let bounds = Area { lo: [left + 4.0, top - 2.0], hi: [right + 2.0, broken - 4.0] };
     let mut obstacles: Vec<_> = wanted.iter().map(|label| label.at).collect();

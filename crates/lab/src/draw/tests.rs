@@ -6,7 +6,7 @@ use super::svg::width;
 use super::{Svg, chart, edge_maps, heat, offsets, onsets};
 use crate::accuracy::{ErrorCounts, ON_GRID};
 use crate::methods::METHODS;
-use crate::stress::{ASKED, DISTANCES, InputPrecision, OffsetErrors, Onset, SWEEPS};
+use crate::stress::{CONTENDERS, DISTANCES, InputPrecision, OffsetErrors, Onset, SWEEPS};
 use crate::timing::Time;
 use crate::workloads::Workload;
 
@@ -153,7 +153,7 @@ fn the_rows_of_onsets_and_edge_maps_name_each_method() {
 #[test]
 fn walls_far_from_zero_have_a_row_for_each_method_and_what_it_was_given() {
     let mut all = Vec::new();
-    for (method, given) in ASKED {
+    for (method, given) in CONTENDERS {
         let wrong = if given == InputPrecision::AsGiven { [0; 3] } else { [1, 700, 2000] };
         for (distance, false_hits) in [DISTANCES[0], 500e3, DISTANCES[1]].into_iter().zip(wrong) {
             all.push(OffsetErrors {
@@ -168,8 +168,8 @@ fn walls_far_from_zero_have_a_row_for_each_method_and_what_it_was_given() {
     }
     let texts = texts("offsets", &offsets(&all, "one\ntwo"));
     let count = |text: &str| texts.iter().filter(|found| *found == text).count();
-    for (method, _) in ASKED {
-        let rows = ASKED.iter().filter(|(name, _)| *name == method).count();
+    for (method, _) in CONTENDERS {
+        let rows = CONTENDERS.iter().filter(|(name, _)| *name == method).count();
         assert_eq!(count(method), rows, "{method}");
     }
     // "none" appears at the curve and at the northing; 17.5 % is the share at 500 km.

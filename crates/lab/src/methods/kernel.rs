@@ -114,7 +114,7 @@ fn blocks_of_8<S: Simd>(
     let start = Instant::now();
     for (blocks, batch) in blocks.iter().zip(batches) {
         let find = |LeafSlot(slot)| batch.triangles[slot as usize];
-        let mut waiting = Waiting::new();
+        let mut waiting = WaitingHits::new();
         for ray in &batch.rays {
             let prepared = filter.prepare_ray(ray);
             let mut best = kernel::ClosestHit::new(f32::INFINITY);
@@ -143,13 +143,13 @@ fn blocks_of_8<S: Simd>(
 
 /// Collects hits of single rays until eight hits can be computed together, as ray streams do when
 /// they traverse a hierarchy.
-struct Waiting {
+struct WaitingHits {
     pairs: Pairs,
     numbers: [usize; 8],
     len: usize,
 }
 
-impl Waiting {
+impl WaitingHits {
     fn new() -> Self {
         Self { pairs: Pairs::new(), numbers: [0; 8], len: 0 }
     }

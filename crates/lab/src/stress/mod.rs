@@ -6,6 +6,6 @@ mod offsets;
 mod onsets;
 mod sweeps;
 
-pub use offsets::{ASKED, DISTANCES, InputPrecision, OffsetErrors, sweep_offsets};
+pub use offsets::{CONTENDERS, DISTANCES, InputPrecision, OffsetErrors, sweep_offsets};
 pub use onsets::{Onset, first, sweep_all};
 pub use sweeps::{SWEEPS, Sweep};

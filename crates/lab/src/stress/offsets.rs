@@ -30,7 +30,7 @@ pub enum InputPrecision {
 }
 
 /// The methods to test, each with the precision of its input.
-pub const ASKED: [(&str, InputPrecision); 8] = [
+pub const CONTENDERS: [(&str, InputPrecision); 8] = [
     ("exact", InputPrecision::AsGiven),
     ("Möller–Trumbore f64", InputPrecision::AsGiven),
     ("exact", InputPrecision::Rounded),
@@ -77,7 +77,7 @@ struct Wall {
     rays: Vec<Ray64>,
 }
 
-/// Tests the methods in [`ASKED`] on 4 m × 3 m walls at random angles, at `points` logarithmically
+/// Tests the methods in [`CONTENDERS`] on 4 m × 3 m walls at random angles, at `points` logarithmically
 /// spaced distances from the coordinate origin. At each distance, at least `cases` rays start 1 nm
 /// to 10 cm from a wall, on either side, and go toward it or away from it. A quarter of them pass
 /// through the diagonal where the wall's halves meet.
@@ -95,7 +95,7 @@ pub fn sweep_offsets(
         // `between` uses only square roots, so the distance has the same bits on every machine.
         let distance = super::sweeps::between(DISTANCES[0], DISTANCES[1], share);
         let mut rng = Rng::new(seed ^ (k as u64) << 32);
-        let mut errors = ASKED.map(|(method, given)| OffsetErrors {
+        let mut errors = CONTENDERS.map(|(method, given)| OffsetErrors {
             distance,
             method,
             given,
@@ -205,7 +205,7 @@ mod tests {
         };
         let errors = sweep_offsets(5, 4, 2000, &exact);
         assert_eq!(errors, sweep_offsets(5, 4, 2000, &exact));
-        assert_eq!(errors.len(), 4 * ASKED.len());
+        assert_eq!(errors.len(), 4 * CONTENDERS.len());
         let of =
             |method, given| errors.iter().filter(move |e| e.method == method && e.given == given);
         for errors in of("exact", InputPrecision::AsGiven) {
@@ -213,7 +213,9 @@ mod tests {
         }
         // The distances range from a metre to a million kilometres, where the answers are little
         // better than chance.
-        for (method, given) in ASKED.iter().filter(|(_, given)| *given == InputPrecision::Rounded) {
+        for (method, given) in
+            CONTENDERS.iter().filter(|(_, given)| *given == InputPrecision::Rounded)
+        {
             let shares: Vec<f64> = of(method, *given).map(OffsetErrors::share).collect();
             assert!(shares[0] < 0.25 && shares[3] > 0.3, "{method}: {shares:?}");
         }

@@ -9,7 +9,7 @@ use super::error::{Fault, fault};
 const ENDINGS: &str = ".obj, .ply, .stl, .gltf or .glb";
 
 /// The files that a model refers to, which are in or below its folder.
-pub(super) struct Beside<'a> {
+pub(super) struct SiblingFiles<'a> {
     /// The folder that contains the files.
     pub(super) folder: &'a Path,
     /// The files that have been read so far.

@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 
 pub use self::error::LoadError;
 use self::error::{Fault, fault};
-use self::file::{Beside, open};
+use self::file::{SiblingFiles, open};
 use self::flatten::flatten;
 pub use self::notes::{Note, Notes};
 use self::text::{skip_mark, without_mark};
@@ -98,7 +98,7 @@ pub struct LoadedModel<S = f32> {
 /// Returns an error under the same conditions as [`load`], for the requested scalar.
 pub fn load_model<S: Coordinate>(path: &Path) -> Result<LoadedModel<S>, LoadError> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let mut beside = Beside { folder, read: vec![] };
+    let mut beside = SiblingFiles { folder, read: vec![] };
     let read = open(path).and_then(|file| unpacked(path, BufReader::new(file), Some(&mut beside)));
     let read = read.and_then(|(content, notes)| Ok((content.mesh()?, notes)));
     let (mesh, notes) = read.map_err(|fault| fault.of(path))?;
@@ -133,7 +133,7 @@ pub struct LoadedInstances {
 /// Returns an error under the same conditions as [`load`], for f64.
 pub fn load_instances(path: &Path) -> Result<LoadedInstances, LoadError> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let mut beside = Beside { folder, read: vec![] };
+    let mut beside = SiblingFiles { folder, read: vec![] };
     let read = open(path).and_then(|file| unpacked(path, BufReader::new(file), Some(&mut beside)));
     let read = read.and_then(|(content, notes)| {
         let (model, most) = match content {
@@ -205,7 +205,7 @@ impl<S: Coordinate> Content<S> {
 fn unpacked<S: Coordinate>(
     path: &Path,
     mut input: impl BufRead + Seek,
-    beside: Option<&mut Beside<'_>>,
+    beside: Option<&mut SiblingFiles<'_>>,
 ) -> Result<(Content<S>, Notes), Fault> {
     let size = input.seek(SeekFrom::End(0))?;
     input.rewind()?;
@@ -229,7 +229,7 @@ fn model<S: Coordinate>(
     path: &Path,
     mut input: impl BufRead + Seek,
     size: u64,
-    beside: Option<&mut Beside<'_>>,
+    beside: Option<&mut SiblingFiles<'_>>,
 ) -> Result<(Content<S>, Notes), Fault> {
     if size == 0 {
         return fault("the file is empty");

@@ -196,7 +196,7 @@ impl<T: ListItem> ChunkLists<T> {
         }
         self.pairs.level();
         let resolver = filter.resolver();
-        filter.level().run(Meet { tree, rays, resolver, pairs: &mut self.pairs });
+        filter.level().run(ComputeHits { tree, rays, resolver, pairs: &mut self.pairs });
         self.by_ray(chunk)?;
         for ((id, ray), range) in (0..).map(RayId).zip(rays).zip(ranges(&self.ends)) {
             let (slots, items) = (&mut self.slots[range.clone()], &mut self.items[range]);
@@ -252,14 +252,14 @@ fn ranges(ends: &[usize]) -> impl Iterator<Item = Range<usize>> {
 }
 
 /// Computes the hits of the pairs whose hits are not known yet.
-struct Meet<'a> {
+struct ComputeHits<'a> {
     tree: &'a Tree,
     rays: &'a [Ray],
     resolver: Resolver<'a>,
     pairs: &'a mut HitPairs,
 }
 
-impl WithSimd for Meet<'_> {
+impl WithSimd for ComputeHits<'_> {
     type Output = ();
 
     #[inline(always)]

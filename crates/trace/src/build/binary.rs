@@ -39,11 +39,11 @@ pub(super) struct Binary {
     /// and is not touched before it is used.
     inner: Box<[[f32; 8]]>,
     /// Nodes that replace the nodes at the top if parts were moved. The last one is the root.
-    pub moved: Vec<Moved>,
+    pub moved: Vec<MovedNode>,
 }
 
 /// A node whose sides may be at any position.
-pub(super) struct Moved {
+pub(super) struct MovedNode {
     pub bounds: Aabb,
     pub sides: [Subtree; 2],
     pub plan: Plan,
@@ -65,14 +65,14 @@ impl Binary {
     }
 
     /// Adds a node whose sides may be at any position.
-    pub(super) fn put(&mut self, moved: Moved) -> Subtree {
+    pub(super) fn put(&mut self, moved: MovedNode) -> Subtree {
         let [Subtree { first, count, .. }, right] = moved.sides;
         let node = self.inner.len() + self.moved.len();
         self.moved.push(moved);
         Subtree { node, first, count: count + right.count }
     }
 
-    fn moved(&self, part: Subtree) -> Option<&Moved> {
+    fn moved(&self, part: Subtree) -> Option<&MovedNode> {
         // A single triangle has no node, and moved nodes are numbered after those of the build.
         let number = part.node.checked_sub(self.inner.len()).filter(|_| part.count > 1)?;
         self.moved.get(number)
@@ -188,7 +188,7 @@ impl<'a> Builder<'a> {
         let (here, li, ri) = nodes_of(inner, left);
         let (a, b) =
             join(|| self.large(lr, li, &ca, depth + 1), || self.large(rr, ri, &cb, depth + 1));
-        self.level.run(Finish { builder, here, left, a, b })
+        self.level.run(FinishNode { builder, here, left, a, b })
     }
 
     /// Returns the area of a subtree's box, from which its cost is computed.
@@ -239,7 +239,7 @@ impl WithSimd for Small<'_> {
         let (level, depth) = (builder.level, depth + 1);
         let a = level.run(Small { builder, refs: lr, inner: li, centres: &ca, depth });
         let b = level.run(Small { builder, refs: rr, inner: ri, centres: &cb, depth });
-        Finish { builder, here, left, a, b }.run::<S>()
+        FinishNode { builder, here, left, a, b }.run::<S>()
     }
 }
 
@@ -279,7 +279,7 @@ impl WithSimd for Cut<'_> {
 }
 
 /// Writes a node whose two sides have been built.
-struct Finish<'a> {
+struct FinishNode<'a> {
     builder: &'a Builder<'a>,
     here: &'a mut [f32; 8],
     left: usize,
@@ -287,7 +287,7 @@ struct Finish<'a> {
     b: Built,
 }
 
-impl WithSimd for Finish<'_> {
+impl WithSimd for FinishNode<'_> {
     type Output = Built;
 
     #[inline(always)]

@@ -17,7 +17,7 @@
 //! a few of these nodes determines whether reinsertion is worthwhile, as it is for interiors with
 //! long walls but not for scans.
 
-use super::binary::{Binary, Moved, Subtree, TRIFLE};
+use super::binary::{Binary, MovedNode, Subtree, TRIFLE};
 use super::collapse::Costs;
 use super::layout::MAX_DEPTH;
 use crate::tree::Aabb;
@@ -66,11 +66,11 @@ struct Node {
     bounds: Aabb,
     area: f64,
     parent: usize,
-    below: Below,
+    below: Children,
 }
 
 #[derive(Clone, Copy)]
-enum Below {
+enum Children {
     Sides([usize; 2]),
     Part(Subtree),
 }
@@ -78,7 +78,7 @@ enum Below {
 impl Node {
     fn new(binary: &Binary, part: Subtree, parent: usize) -> Self {
         let bounds = binary.bounds(part);
-        Self { bounds, area: area(&bounds), parent, below: Below::Part(part) }
+        Self { bounds, area: area(&bounds), parent, below: Children::Part(part) }
     }
 }
 
@@ -96,7 +96,7 @@ impl Top {
             if binary.is_block(part) {
                 continue;
             }
-            top[parent].below = Below::Sides([top.len(), top.len() + 1]);
+            top[parent].below = Children::Sides([top.len(), top.len() + 1]);
             for part in binary.sides(part) {
                 let node = Node::new(binary, part, parent);
                 largest.push((node.area.to_bits(), top.len(), part));
@@ -130,7 +130,7 @@ impl Top {
     fn reinsert(&mut self, i: usize, waiting: &mut Vec<(f64, usize)>) {
         let parent = self.0[i].parent;
         let above = self.0[parent].parent;
-        let Below::Sides([a, b]) = self.0[parent].below else { return };
+        let Children::Sides([a, b]) = self.0[parent].below else { return };
         // A child of the root has no grandparent to take its sibling, so it stays.
         if above == NONE {
             return;
@@ -150,7 +150,7 @@ impl Top {
 
         let place = self.cheapest_place(&self.0[i].bounds, sibling, saved, waiting);
         self.replace(self.0[place].parent, place, parent);
-        self.0[parent].below = Below::Sides([place, i]);
+        self.0[parent].below = Children::Sides([place, i]);
         self.0[place].parent = parent;
         self.find_bounds(parent);
     }
@@ -158,7 +158,7 @@ impl Top {
     /// Replaces a child of a node.
     fn replace(&mut self, parent: usize, old: usize, new: usize) {
         self.0[new].parent = parent;
-        if let Below::Sides(sides) = &mut self.0[parent].below {
+        if let Children::Sides(sides) = &mut self.0[parent].below {
             sides.iter_mut().filter(|side| **side == old).for_each(|side| *side = new);
         }
     }
@@ -168,7 +168,7 @@ impl Top {
     fn find_bounds(&mut self, mut i: usize) -> f64 {
         let mut less = 0.0;
         while i != NONE
-            && let Below::Sides([a, b]) = self.0[i].below
+            && let Children::Sides([a, b]) = self.0[i].below
         {
             let bounds = around(self.0[a].bounds, &self.0[b].bounds);
             let node = &mut self.0[i];
@@ -200,7 +200,7 @@ impl Top {
             if grown + own >= cost {
                 continue;
             }
-            let Below::Sides(sides) = self.0[i].below else { continue };
+            let Children::Sides(sides) = self.0[i].below else { continue };
             let both = sides.map(|side| self.with(side, bounds));
             let grows = [0, 1].map(|k| both[k] - self.0[sides[k]].area);
 
@@ -242,14 +242,14 @@ impl Top {
     ) -> Option<Written> {
         let Node { bounds, below, .. } = &self.0[i];
         let written = match below {
-            Below::Part(part) => Written::of(binary, *part, scale),
-            Below::Sides([a, b]) => {
+            Children::Part(part) => Written::of(binary, *part, scale),
+            Children::Sides([a, b]) => {
                 let rest = (scale, deepest.checked_sub(1)?);
                 let a = self.write_node(*a, binary, rest)?;
                 let b = self.write_node(*b, binary, rest)?;
                 let (costs, plan) = Costs::join(cost_area(bounds, scale), &a.costs, &b.costs);
                 let (sides, height) = ([a.part, b.part], 1 + a.height.max(b.height));
-                let part = binary.put(Moved { bounds: *bounds, sides, plan });
+                let part = binary.put(MovedNode { bounds: *bounds, sides, plan });
                 Written { part, costs, height }
             }
         };
@@ -328,7 +328,8 @@ mod tests {
         let mut moved = 0;
         for i in 1..top.0.len() {
             let parent = top.0[i].parent;
-            let (above, Below::Sides(sides)) = (top.0[parent].parent, top.0[parent].below) else {
+            let (above, Children::Sides(sides)) = (top.0[parent].parent, top.0[parent].below)
+            else {
                 panic!("a parent has sides");
             };
             if above == NONE {
@@ -341,7 +342,7 @@ mod tests {
             let costs = |place: usize| {
                 let mut top = Top(top.0.clone());
                 top.replace(top.0[place].parent, place, parent);
-                top.0[parent].below = Below::Sides([place, i]);
+                top.0[parent].below = Children::Sides([place, i]);
                 top.0[place].parent = parent;
                 top.find_bounds(parent);
                 top.cost()
@@ -357,7 +358,7 @@ mod tests {
 
             // Undo the move.
             top.replace(above, sibling, parent);
-            top.0[parent].below = Below::Sides([sibling, i]);
+            top.0[parent].below = Children::Sides([sibling, i]);
             top.0[sibling].parent = parent;
             top.find_bounds(parent);
             assert!((top.cost() / before - 1.0).abs() < 1e-12);

@@ -38,7 +38,7 @@ impl Triangles for [Triangle] {
 
     #[inline]
     fn moved(&self, indices: &[u32; BLOCK]) -> (TriangleBlock<8>, LeafBounds) {
-        Level::best().run(Moved { triangles: self, indices })
+        Level::best().run(PackLeaf { triangles: self, indices })
     }
 }
 
@@ -63,12 +63,12 @@ impl WithSimd for SideBySide<'_> {
 }
 
 /// Packs the triangles of a leaf at their new positions and computes their bounds.
-struct Moved<'a> {
+struct PackLeaf<'a> {
     triangles: &'a [Triangle],
     indices: &'a [u32; BLOCK],
 }
 
-impl WithSimd for Moved<'_> {
+impl WithSimd for PackLeaf<'_> {
     type Output = (TriangleBlock<8>, LeafBounds);
 
     #[inline(always)]

@@ -60,7 +60,7 @@ pub(super) struct Committed {
 
 /// A frame and the box around its instance. The box is `None` if the instance is hidden, removed,
 /// or empty.
-type Looked = (Frame, Option<[[f64; 3]; 2]>);
+type FrameAndBox = (Frame, Option<[[f64; 3]; 2]>);
 
 impl Committed {
     pub(super) fn new(
@@ -71,7 +71,7 @@ impl Committed {
         let look = |placed: &Placed| Frame::look(placed, mesh_of(&meshes, placed));
         // Process one part at a time to keep temporary memory small.
         for (part, first) in placed.chunks(PART).zip((0_u32..).step_by(PART)) {
-            let mut looked: Vec<Looked> = room(part.len())?;
+            let mut looked: Vec<FrameAndBox> = room(part.len())?;
             looked.resize(part.len(), (Frame::NONE, None));
             threads::write(&mut looked, 1 << 7, |i| look(&part[i]));
             for ((frame, bounds), instance) in looked.into_iter().zip(first..) {
@@ -102,7 +102,7 @@ impl Frame {
     const NONE: Self = Self { inverse: Inverse::NONE, is_tame: false };
 
     /// Prepares an instance: returns its frame and the box around it.
-    fn look(placed: &Placed, mesh: Option<&MeshEntry>) -> Looked {
+    fn look(placed: &Placed, mesh: Option<&MeshEntry>) -> FrameAndBox {
         // An instance that is not in the tree cannot be hit, so return no box for hidden and
         // removed instances.
         let Some(MeshEntry { extent, .. }) = mesh.filter(|_| placed.mask != 0) else {

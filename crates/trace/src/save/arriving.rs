@@ -9,12 +9,12 @@ use crate::util::memory::{NoMemory, zeros};
 /// Storage for the records of a section. If all records are certain to follow, memory for them is
 /// allocated at once, so that each thread is the first to touch its own pages. Otherwise, the
 /// memory grows as records arrive.
-pub(super) struct Arriving<T> {
+pub(super) struct ArrivingRecords<T> {
     all: Vec<T>,
     done: usize,
 }
 
-impl<T: Zeroable + Clone> Arriving<T> {
+impl<T: Zeroable + Clone> ArrivingRecords<T> {
     pub(super) fn of(input: &dyn Input, entry: &Entry) -> Result<Self, NoMemory> {
         let there = input.known() as u64 >= entry.size;
         // Allocate all memory at once if the input is known to be long enough. Otherwise, let it

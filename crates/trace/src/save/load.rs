@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use intertri::internal::LocalFrame;
 use intertri::simd::Level;
 
-use super::arriving::Arriving;
+use super::arriving::ArrivingRecords;
 use super::check;
 use super::checksum::checksum;
 use super::error::LoadError;
@@ -203,7 +203,7 @@ impl Parts {
 }
 
 fn read_nodes(input: &mut dyn Input, entry: &Entry) -> Result<Vec<Node>, LoadError> {
-    let mut nodes = Arriving::of(input, entry)?;
+    let mut nodes = ArrivingRecords::of(input, entry)?;
     in_batches(input, entry, |batch| {
         let count = batch.len() / NODE;
         let size = threads::piece_of(count, LEAST);
@@ -219,7 +219,8 @@ fn read_nodes(input: &mut dyn Input, entry: &Entry) -> Result<Vec<Node>, LoadErr
 type Leaves = (Vec<Leaf>, Vec<LeafBounds>);
 
 fn read_leaves(input: &mut dyn Input, entry: &Entry, triangles: u32) -> Result<Leaves, LoadError> {
-    let (mut leaves, mut bounds) = (Arriving::of(input, entry)?, Arriving::of(input, entry)?);
+    let (mut leaves, mut bounds) =
+        (ArrivingRecords::of(input, entry)?, ArrivingRecords::of(input, entry)?);
     let level = Level::best();
     in_batches(input, entry, |batch| {
         let count = batch.len() / LEAF_SIZE;
@@ -241,8 +242,9 @@ fn read_leaves64(
     triangles: u32,
     frame: &LocalFrame,
 ) -> Result<(Leaves, Vec<EightTriangles>), LoadError> {
-    let (mut leaves, mut bounds) = (Arriving::of(input, entry)?, Arriving::of(input, entry)?);
-    let (mut originals, level) = (Arriving::of(input, entry)?, Level::best());
+    let (mut leaves, mut bounds) =
+        (ArrivingRecords::of(input, entry)?, ArrivingRecords::of(input, entry)?);
+    let (mut originals, level) = (ArrivingRecords::of(input, entry)?, Level::best());
     in_batches(input, entry, |batch| {
         let count = batch.len() / LEAF64_SIZE;
         let size = threads::piece_of(count, LEAST);

@@ -212,9 +212,9 @@ impl<'a> SceneReader<'a> {
         read: impl FnOnce(&mut dyn Input) -> Result<T, LoadError>,
     ) -> Result<T, SceneLoadError> {
         take_zeros(self.input, gap(self.at))?;
-        let mut taken = Taken { input: self.input, count: 0, header: [0; HEADER] };
+        let mut taken = CountedInput { input: self.input, count: 0, header: [0; HEADER] };
         let mesh = read(&mut taken).map_err(|error| SceneLoadError::of_mesh(index, error))?;
-        let Taken { count, header, .. } = taken;
+        let CountedInput { count, header, .. } = taken;
         self.at = self.at.next_multiple_of(ALIGN as u64) + count;
         self.sums.try_reserve(8).map_err(NoMemory::from)?;
         self.sums.extend(&header[SUM..]);
@@ -257,13 +257,13 @@ fn table_size(header: &[u8; HEADER]) -> Result<usize, SceneLoadError> {
 }
 
 /// Counts the bytes read from an input, and keeps a copy of the header.
-struct Taken<'a> {
+struct CountedInput<'a> {
     input: &'a mut dyn Input,
     count: u64,
     header: [u8; HEADER],
 }
 
-impl Input for Taken<'_> {
+impl Input for CountedInput<'_> {
     fn take(&mut self, count: usize) -> Result<&[u8], LoadError> {
         let bytes = self.input.take(count)?;
         keep(&mut self.header, self.count, bytes);

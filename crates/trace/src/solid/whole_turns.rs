@@ -139,14 +139,14 @@ struct Product<L: Simd> {
 
 /// A corner as seen from the points.
 #[derive(Clone, Copy)]
-struct Seen<L: Simd> {
+struct ProjectedCorner<L: Simd> {
     across: [L::F64x8; 2],
     excess: L::F64x8,
     /// The squared distance from the points.
     far: L::F64x8,
 }
 
-impl<L: Simd> Seen<L> {
+impl<L: Simd> ProjectedCorner<L> {
     #[inline(always)]
     fn new(axes: &[Vec3<L::F64x8>; 3], points: Vec3<L::F64x8>, corner: [f64; 3]) -> Self {
         let v = Vec3::splat(corner) - points;
@@ -172,9 +172,9 @@ impl<L: Simd> Product<L> {
         corners: &[[f64; 3]],
     ) {
         let zero = L::F64x8::splat(0.0);
-        let mut from = Seen::<L>::new(axes, points, corners[0]);
+        let mut from = ProjectedCorner::<L>::new(axes, points, corners[0]);
         for corner in &corners[1..] {
-            let to = Seen::<L>::new(axes, points, *corner);
+            let to = ProjectedCorner::<L>::new(axes, points, *corner);
             let ([ax, ay], [bx, by]) = (from.across, to.across);
             let x = from.excess.mul_add(to.excess, ax.mul_add(bx, ay * by));
             let y = ay.mul_add(bx, -(ax * by));

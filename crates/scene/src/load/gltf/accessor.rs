@@ -18,12 +18,12 @@ pub(super) struct Accessor<'a> {
     pub(super) count: usize,
     component: ComponentType,
     normalized: bool,
-    replaced: Replaced<'a>,
+    replaced: SparseRows<'a>,
 }
 
 /// The rows that a sparse table replaces.
 #[derive(Default)]
-struct Replaced<'a> {
+struct SparseRows<'a> {
     /// The rows' indices, in ascending order.
     rows: Vec<u32>,
     /// The new values, row by row.
@@ -82,7 +82,7 @@ impl<'a> Tables<'a> {
         };
         let replaced = match &accessor.sparse {
             Some(sparse) => self.replaced(sparse, row, count)?,
-            None => Replaced::default(),
+            None => SparseRows::default(),
         };
         let count = usize::try_from(count).unwrap_or(usize::MAX);
         let normalized = accessor.normalized;
@@ -111,7 +111,12 @@ impl<'a> Tables<'a> {
     }
 
     /// Returns the rows that a sparse table of `count` rows replaces.
-    fn replaced(self, sparse: &SparseJson, row: usize, count: u64) -> Result<Replaced<'a>, Fault> {
+    fn replaced(
+        self,
+        sparse: &SparseJson,
+        row: usize,
+        count: u64,
+    ) -> Result<SparseRows<'a>, Fault> {
         let Checked::Valid(kind) = sparse.indices.component_type else {
             return fault("has sparse indices of a type that glTF does not define");
         };
@@ -130,7 +135,7 @@ impl<'a> Tables<'a> {
         if !ascend || rows.last().is_some_and(|&last| u64::from(last) >= count) {
             return fault("has sparse indices that do not ascend or are out of range");
         }
-        Ok(Replaced { rows, bytes })
+        Ok(SparseRows { rows, bytes })
     }
 }
 

@@ -9,7 +9,7 @@ use gltf::json::{Buffer, Root};
 use percent_encoding::percent_decode_str;
 
 use crate::load::error::{Fault, fault, quote};
-use crate::load::file::{Beside, open};
+use crate::load::file::{SiblingFiles, open};
 
 /// All buffers of a glTF file.
 pub(super) struct Buffers<'a> {
@@ -31,7 +31,7 @@ impl<'a> Buffers<'a> {
     pub(super) fn read(
         root: &Root,
         blob: Option<&'a [u8]>,
-        mut beside: Option<&mut Beside<'_>>,
+        mut beside: Option<&mut SiblingFiles<'_>>,
     ) -> Result<Self, Fault> {
         let find = |(i, buffer): (usize, &Buffer)| match &buffer.uri {
             Some(uri) if is_data(uri) => inline(i, uri),
@@ -137,7 +137,7 @@ fn is_data(uri: &str) -> bool {
 }
 
 /// Returns the file that a buffer refers to, which must be in the model's folder or below it.
-fn external(i: usize, uri: &str, beside: Option<&Beside<'_>>) -> Result<PathBuf, Fault> {
+fn external(i: usize, uri: &str, beside: Option<&SiblingFiles<'_>>) -> Result<PathBuf, Fault> {
     let name = percent_decode_str(uri).decode_utf8_lossy();
     let Some(beside) = beside else {
         let cause = "give the model as a file next to that one, or as GLB";

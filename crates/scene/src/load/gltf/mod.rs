@@ -22,7 +22,7 @@ use self::buffers::Buffers;
 use self::primitive::Primitives;
 use self::shared::SharedMeshes;
 use super::error::{Fault, fault, quote};
-use super::file::Beside;
+use super::file::SiblingFiles;
 use super::notes::Notes;
 use crate::instances::InstancedMesh;
 
@@ -45,7 +45,10 @@ pub(super) struct Gltf {
 }
 
 /// Reads the default scene. Paths to other files are relative to the model's folder.
-pub(super) fn read(mut input: impl Read, beside: Option<&mut Beside<'_>>) -> Result<Gltf, Fault> {
+pub(super) fn read(
+    mut input: impl Read,
+    beside: Option<&mut SiblingFiles<'_>>,
+) -> Result<Gltf, Fault> {
     let mut bytes = Vec::new();
     input.read_to_end(&mut bytes)?;
     let (json, blob) = split(&bytes)?;

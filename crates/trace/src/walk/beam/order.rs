@@ -8,7 +8,7 @@
 
 use std::mem::replace;
 
-use super::tube::Across;
+use super::tube::ProjectionPlane;
 use crate::util::crowd::crowd;
 use crate::util::memory::{NoMemory, zeros};
 use crate::util::threads;
@@ -50,7 +50,7 @@ pub(crate) fn order<P: Copy + Into<f64> + Sync>(
 
 /// A rectangle that is divided into strips, each of which is divided into rows.
 struct Strips {
-    across: Across,
+    across: ProjectionPlane,
     lo: [f64; 2],
     scale: [f64; 2],
     /// The index of the last strip, and the index of the last row in a strip.
@@ -60,7 +60,7 @@ struct Strips {
 impl Strips {
     /// Creates the strips for a set of points.
     fn of<P: Copy + Into<f64>>(points: &[[P; 3]], dir: [f64; 3]) -> Self {
-        let across = Across::new(dir);
+        let across = ProjectionPlane::new(dir);
         let (mut lo, mut hi) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for point in points {
             let at = across.place(point.map(Into::into));

@@ -26,14 +26,14 @@ const FAR_OUT: f32 = f32::from_bits((127 + 100) << 23);
 /// A plane through the coordinate origin, perpendicular to a coordinate axis, onto which points are
 /// projected along a direction.
 #[derive(Clone, Copy)]
-pub(super) struct Across {
+pub(super) struct ProjectionPlane {
     /// The axis of the direction's largest component, followed by the other two axes.
     axes: [usize; 3],
     /// The direction's slopes along the other two axes.
     slope: [f64; 2],
 }
 
-impl Across {
+impl ProjectionPlane {
     #[inline(always)]
     pub(super) fn new(dir: [f64; 3]) -> Self {
         let [x, y, z] = dir.map(f64::abs);
@@ -88,7 +88,8 @@ impl<S: Simd> Tube<S> {
             return None;
         }
 
-        let Across { axes: [along, a, b], slope } = Across::new(dir.map(f64::from));
+        let ProjectionPlane { axes: [along, a, b], slope } =
+            ProjectionPlane::new(dir.map(f64::from));
         let away = -smallest::<S>(-norm);
         let off = away * OFF;
         let from = load(&packet.origin[along]);

@@ -25,12 +25,12 @@ pub(super) fn budget(level: usize, any: bool) -> usize {
 /// The waiting parts of a bundle, the smaller ones first. The capacity is enough for all parts of
 /// the smaller widths.
 #[derive(Default)]
-pub(super) struct Waiting {
+pub(super) struct WaitingParts {
     parts: [(u64, usize); 2 * (WIDTHS.len() - 1) * GROUPS],
     len: usize,
 }
 
-impl Waiting {
+impl WaitingParts {
     /// Splits a part into smaller parts and adds them to the waiting parts.
     pub(super) fn add(&mut self, part: u64, level: usize) {
         let width = WIDTHS[level];

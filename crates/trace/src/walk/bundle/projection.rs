@@ -13,8 +13,8 @@ use intertri::internal::{Frame, Nearest, Points, Ranges, Starts, Windows};
 use intertri::simd::{Lanes, Mask, Simd, Vec3};
 use intertri::{Ray, Threshold};
 
-use super::look;
 use super::principal_axis::Spread;
+use super::projection_frame;
 use super::rays::BundleRays;
 use super::reversed_shadow::Reversal;
 use crate::util::lane_ops::{fours, smallest, total};
@@ -378,7 +378,7 @@ fn frame<S: Simd>(rays: &BundleRays<'_>, reach: f32) -> Option<Frame> {
     let sign = if rays.reversed.is_some() { -1.0 } else { 1.0 };
     let sum = [sign * total(sum[0]), sign * total(sum[1]), sign * total(sum[2])];
     let step = [0, 1, 2].map(|k| second[k] - first[k]);
-    look::frame(rays.origin(), sum, step, &spread, reach)
+    projection_frame::frame(rays.origin(), sum, step, &spread, reach)
 }
 
 /// Transposes sixteen rays into columns: the origin and `t_min`, and the direction and `t_max`.

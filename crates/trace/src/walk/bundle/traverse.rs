@@ -19,7 +19,7 @@ use super::density::too_dense;
 use super::end_plane::EndPlane;
 use super::frustum::Frustum;
 use super::leaf_tests::{AT_ONCE, Leaves, ListedTests, PacketTest};
-use super::parts::{WIDTHS, Waiting, budget};
+use super::parts::{WIDTHS, WaitingParts, budget};
 use super::projection::{GROUPS, PACKETS, Projection, RAYS, least};
 use super::rays::BundleRays;
 use super::results::{NOTHING, PacketHits, Results};
@@ -154,7 +154,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         let (tree, used) = (self.bundle.tree, self.projection.used);
         let mut level = WIDTHS.iter().rposition(|&width| used <= width).unwrap_or(0);
         let (mut part, mut left, mut work) = (self.projection.all(), 0, 0);
-        let mut waiting = Waiting::default();
+        let mut waiting = WaitingParts::default();
         loop {
             let (dense, rest) = self.part(culling, (stack, leaves, count), (part, level), counts);
             left |= dense;
