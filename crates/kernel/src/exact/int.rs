@@ -3,6 +3,10 @@
 
 use core::cmp::Ordering;
 
+/// Operations with more limbs than this are calls of functions that are compiled once. The compiler
+/// would unroll their loops in every caller, which would take much of the compile time.
+const INLINE: usize = 16;
+
 /// An integer of N 64-bit limbs in two's complement, with the lowest limb first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Int<const N: usize>(pub(super) [u64; N]);
@@ -67,17 +71,10 @@ impl<const N: usize> Int<N> {
             (product[0], product[1]) = (both as u64, (both >> 64) as u64);
             return Int(product);
         }
-        for i in 0..N {
-            let mut carry = 0;
-            for j in 0..M {
-                // (2^64 - 1)² + 2 (2^64 - 1) = 2^128 - 1: the product, the limb and the carry just
-                // fit.
-                let more = u128::from(product[i + j]) + u128::from(carry);
-                let sum = u128::from(self.0[i]) * u128::from(b.0[j]) + more;
-                product[i + j] = sum as u64;
-                carry = (sum >> 64) as u64;
-            }
-            product[i + M] = carry;
+        if R > INLINE {
+            multiply_wide(&self.0, &b.0, &mut product);
+        } else {
+            multiply(&self.0, &b.0, &mut product);
         }
 
         // Read as unsigned, the limbs of a negative factor with L limbs represent its value plus
@@ -93,9 +90,10 @@ impl<const N: usize> Int<N> {
     fn take<const M: usize>(&mut self, b: &Int<M>, from: usize, is: bool) {
         // Use a mask instead of a branch, because the signs of volumes near 0 are unpredictable.
         let mask = if is { u64::MAX } else { 0 };
-        let mut borrow = false;
-        for j in 0..M {
-            (self.0[from + j], borrow) = minus(self.0[from + j], b.0[j] & mask, borrow);
+        if M > INLINE {
+            subtract_wide(&mut self.0[from..], &b.0, mask);
+        } else {
+            subtract(&mut self.0[from..], &b.0, mask);
         }
     }
 }
@@ -104,9 +102,10 @@ impl<const N: usize> core::ops::Add for Int<N> {
     type Output = Self;
     #[inline(always)]
     fn add(mut self, b: Self) -> Self {
-        let mut carry = false;
-        for i in 0..N {
-            (self.0[i], carry) = plus(self.0[i], b.0[i], carry);
+        if N > INLINE {
+            add_wide(&mut self.0, &b.0);
+        } else {
+            add(&mut self.0, &b.0);
         }
         self
     }
@@ -116,9 +115,10 @@ impl<const N: usize> core::ops::Sub for Int<N> {
     type Output = Self;
     #[inline(always)]
     fn sub(mut self, b: Self) -> Self {
-        let mut borrow = false;
-        for i in 0..N {
-            (self.0[i], borrow) = minus(self.0[i], b.0[i], borrow);
+        if N > INLINE {
+            subtract_wide(&mut self.0, &b.0, u64::MAX);
+        } else {
+            subtract(&mut self.0, &b.0, u64::MAX);
         }
         self
     }
@@ -140,6 +140,56 @@ impl<const N: usize> PartialOrd for Int<N> {
     fn partial_cmp(&self, b: &Self) -> Option<Ordering> {
         Some(self.cmp(b))
     }
+}
+
+/// Multiplies two unsigned integers. The product has as many limbs as both factors together, all of
+/// which must be 0 before.
+#[inline(always)]
+fn multiply(a: &[u64], b: &[u64], product: &mut [u64]) {
+    for (i, a) in a.iter().enumerate() {
+        let mut carry = 0;
+        for (j, b) in b.iter().enumerate() {
+            // (2^64 - 1)² + 2 (2^64 - 1) = 2^128 - 1: the product, the limb and the carry just fit.
+            let more = u128::from(product[i + j]) + u128::from(carry);
+            let sum = u128::from(*a) * u128::from(*b) + more;
+            product[i + j] = sum as u64;
+            carry = (sum >> 64) as u64;
+        }
+        product[i + b.len()] = carry;
+    }
+}
+
+/// Adds b to a, which has as many limbs.
+#[inline(always)]
+fn add(a: &mut [u64], b: &[u64]) {
+    let mut carry = false;
+    for (a, b) in a.iter_mut().zip(b) {
+        (*a, carry) = plus(*a, *b, carry);
+    }
+}
+
+/// Subtracts `b & mask` from the lowest limbs of a.
+#[inline(always)]
+fn subtract(a: &mut [u64], b: &[u64], mask: u64) {
+    let mut borrow = false;
+    for (a, b) in a.iter_mut().zip(b) {
+        (*a, borrow) = minus(*a, *b & mask, borrow);
+    }
+}
+
+#[inline(never)]
+fn multiply_wide(a: &[u64], b: &[u64], product: &mut [u64]) {
+    multiply(a, b, product);
+}
+
+#[inline(never)]
+fn add_wide(a: &mut [u64], b: &[u64]) {
+    add(a, b);
+}
+
+#[inline(never)]
+fn subtract_wide(a: &mut [u64], b: &[u64], mask: u64) {
+    subtract(a, b, mask);
 }
 
 /// Returns the sum of two limbs and a carry, and the resulting carry.

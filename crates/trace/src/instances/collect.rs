@@ -20,13 +20,18 @@ impl Candidate {
     }
 }
 
-/// Receives the hits of a query and decides which ones to keep.
+/// Receives the hits of a query and decides which ones to keep. Traversal uses it as a trait object,
+/// so that it is compiled only once; the calls are rare.
 pub(super) trait Collect {
-    /// Whether each collected hit rules out all hits beyond it.
-    const SHORTENS: bool;
+    /// Returns whether each collected hit rules out all hits beyond it.
+    fn shortens(&self) -> bool {
+        false
+    }
 
-    /// Whether hits count regardless of geometry masks.
-    const ALL_GEOMETRIES: bool = false;
+    /// Returns whether hits count regardless of geometry masks.
+    fn all_geometries(&self) -> bool {
+        false
+    }
 
     /// Records a hit whose t is between the given bounds, which may be
     /// [`NO_BOUNDS`]. Returns false once no further hit can count.
@@ -85,7 +90,9 @@ const CLOSE: f64 = 1.0 / (1 << 24) as f64;
 const LEAST: f64 = f64::from_bits((1023 - 1000) << 52);
 
 impl Collect for Closest<'_> {
-    const SHORTENS: bool = true;
+    fn shortens(&self) -> bool {
+        true
+    }
 
     fn take(&mut self, hit: Candidate, mut bounds: [f64; 2]) -> bool {
         // Bounds that are far apart would hardly shorten the ray. The comparisons are false for NaN.
@@ -107,7 +114,6 @@ impl Collect for Closest<'_> {
         true
     }
 
-    #[inline(always)]
     fn far(&self) -> f64 {
         self.far
     }
@@ -120,14 +126,11 @@ pub(super) struct Any {
 }
 
 impl Collect for Any {
-    const SHORTENS: bool = false;
-
     fn take(&mut self, _: Candidate, _: [f64; 2]) -> bool {
         self.is_hit = true;
         false
     }
 
-    #[inline(always)]
     fn far(&self) -> f64 {
         self.t_max
     }
@@ -140,14 +143,11 @@ pub(super) struct All {
 }
 
 impl Collect for All {
-    const SHORTENS: bool = false;
-
     fn take(&mut self, hit: Candidate, _: [f64; 2]) -> bool {
         self.hits.push(hit);
         true
     }
 
-    #[inline(always)]
     fn far(&self) -> f64 {
         self.t_max
     }

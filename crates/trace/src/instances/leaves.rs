@@ -9,10 +9,8 @@ use intertri::{LeafSlot, Ray64, Rule, Triangle64};
 
 use super::collect::{Candidate, Collect, NO_BOUNDS};
 use super::matrix::{Matrix, placed, placed_triangle};
+use super::mesh::SceneMesh;
 use super::tree_ray::rounded_up;
-use crate::bvh::Bvh;
-use crate::scalar::BvhScalar;
-use crate::tree::Tree;
 use crate::util::lane_ops::lanes_of;
 use crate::walk::single::Visit;
 
@@ -28,8 +26,8 @@ fn splat<S: Simd>(m: &[f64; 12]) -> [S::F64x8; 12] {
 }
 
 /// An instance's triangles in world space, and the rule that decides which rays hit them.
-pub(super) struct PlacedMesh<'a, S, X: BvhScalar> {
-    pub(super) bvh: &'a Bvh<X>,
+pub(super) struct PlacedMesh<'a, S> {
+    pub(super) mesh: &'a SceneMesh,
     pub(super) matrix: &'a Matrix,
     pub(super) instance: u32,
     pub(super) rule: Rule,
@@ -38,12 +36,11 @@ pub(super) struct PlacedMesh<'a, S, X: BvhScalar> {
     pub(super) level: PhantomData<S>,
 }
 
-impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
+impl<S: Simd> PlacedMesh<'_, S> {
     /// Returns the corners of a leaf's triangles in world space, exactly as the scene defines them.
     #[inline(always)]
     pub(super) fn corners(&self, leaf: usize) -> [Vec3<S::F64x8>; 3] {
-        let Bvh { tree, originals, .. } = self.bvh;
-        let [a, b, c] = X::leaf_corners::<S>(tree, originals, leaf);
+        let [a, b, c] = self.mesh.leaf_corners::<S>(leaf);
         let rows = &splat::<S>(self.matrix);
         [placed(rows, a), placed(rows, b), placed(rows, c)]
     }
@@ -51,11 +48,11 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
     /// Tests a ray against the triangles of a leaf, given their corners. `is_tame` means that f64
     /// lanes neither overflow nor underflow. Returns false once no further hit can count.
     #[inline(always)]
-    pub(super) fn test<C: Collect>(
+    pub(super) fn test(
         &self,
         (leaf, corners): (usize, [Vec3<S::F64x8>; 3]),
         (ray, is_tame): (&Ray64, bool),
-        collect: &mut C,
+        collect: &mut dyn Collect,
     ) -> bool {
         // Run the first tier of the exact test.
         let lanes = RayLanes::<S::F64x8>::of_ray(ray).until(Lanes::splat(collect.far()));
@@ -68,7 +65,7 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
         }
         // The remaining lanes are either certain hits or undecided. Both are rare, so process them
         // one lane at a time.
-        let left = self.bvh.tree.present(leaf) & !miss;
+        let left = self.mesh.tree().present(leaf) & !miss;
         if left == 0 {
             return true;
         }
@@ -80,8 +77,7 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
 
     /// Returns the triangle in a slot, in world space.
     fn triangle(&self, slot: LeafSlot) -> Triangle64 {
-        let corners = self.bvh.triangle_in(slot).0;
-        placed_triangle(self.matrix, corners.map(|corner| corner.map(Into::into)))
+        placed_triangle(self.matrix, self.mesh.corners_in(slot))
     }
 
     /// Returns the lanes of a leaf in which f64 arithmetic neither overflows nor underflows.
@@ -96,21 +92,22 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
     /// Collects the hits in the given lanes of a leaf. Lanes in `sure` are certain hits, and have
     /// bounds on t. Returns false if no further hit can count.
     #[inline(never)]
-    fn settle<C: Collect>(
+    fn settle(
         &self,
         (leaf, lanes, sure): (usize, u32, u32),
         [lo, hi]: &[[f64; 8]; 2],
         ray: &Ray64,
-        collect: &mut C,
+        collect: &mut dyn Collect,
     ) -> bool {
-        let Tree { geometries, .. } = &self.bvh.tree;
+        let tree = self.mesh.tree();
         for lane in lanes_of(lanes) {
             let slot = LeafSlot((8 * leaf + lane) as u32);
-            let position = self.bvh.tree.index_of(slot);
+            let position = tree.index_of(slot);
             let triangle = self.triangle(slot);
             let is_sure = sure >> lane & 1 != 0;
             let is_hit = is_sure || exact::hit(self.rule, ray, &triangle);
-            let counts = C::ALL_GEOMETRIES || geometries.mask_of(position) & self.mask != 0;
+            let counts =
+                collect.all_geometries() || tree.geometries.mask_of(position) & self.mask != 0;
             if is_hit && counts {
                 let instance = self.instance;
                 let bounds = if is_sure { [lo[lane], hi[lane]] } else { NO_BOUNDS };
@@ -124,18 +121,18 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
 }
 
 /// Tests a ray against the triangles of leaves in world space.
-pub(super) struct VisitLeaves<'a, S, X: BvhScalar, C> {
-    pub(super) mesh: PlacedMesh<'a, S, X>,
+pub(super) struct VisitLeaves<'a, S> {
+    pub(super) mesh: PlacedMesh<'a, S>,
     pub(super) ray: &'a Ray64,
     /// Whether f64 lanes can process the ray and the corners without overflow or underflow.
     pub(super) is_tame: bool,
-    pub(super) collect: &'a mut C,
+    pub(super) collect: &'a mut (dyn Collect + 'a),
     /// The factor that converts the ray's t to the units of the mesh's tree.
     pub(super) unit: f64,
     pub(super) go_on: bool,
 }
 
-impl<S: Simd, X: BvhScalar, C: Collect> Visit for VisitLeaves<'_, S, X, C> {
+impl<S: Simd> Visit for VisitLeaves<'_, S> {
     #[inline(always)]
     fn visit(&mut self, leaf: usize) -> Option<f32> {
         // Most rays that enter an instance reach no leaf, so compute the corners only here.
@@ -145,7 +142,7 @@ impl<S: Simd, X: BvhScalar, C: Collect> Visit for VisitLeaves<'_, S, X, C> {
     }
 }
 
-impl<S: Simd, X: BvhScalar, C: Collect> VisitLeaves<'_, S, X, C> {
+impl<S: Simd> VisitLeaves<'_, S> {
     /// Returns the t beyond which hits no longer count, in the units of the mesh's tree.
     #[inline(always)]
     pub(super) fn far(&self) -> f32 {

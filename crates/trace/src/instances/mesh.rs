@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use intertri::LeafSlot;
+use intertri::simd::{Simd, Vec3};
 
 use crate::bvh::Bvh;
-use crate::scalar::BvhScalar;
+use crate::scalar::{Backend, BvhScalar};
 use crate::tree::{Node, Tree};
 use crate::util::lane_ops::lanes_of;
 
@@ -38,6 +39,23 @@ impl SceneMesh {
         match self {
             Self::F32(mesh) => &mesh.tree,
             Self::F64(mesh) => &mesh.tree,
+        }
+    }
+
+    /// Returns the corners of a leaf's triangles.
+    #[inline(always)]
+    pub(super) fn leaf_corners<S: Simd>(&self, leaf: usize) -> [Vec3<S::F64x8>; 3] {
+        match self {
+            Self::F32(mesh) => f32::leaf_corners::<S>(&mesh.tree, &mesh.originals, leaf),
+            Self::F64(mesh) => f64::leaf_corners::<S>(&mesh.tree, &mesh.originals, leaf),
+        }
+    }
+
+    /// Returns the corners of the triangle in a slot.
+    pub(super) fn corners_in(&self, slot: LeafSlot) -> [[f64; 3]; 3] {
+        match self {
+            Self::F32(mesh) => mesh.triangle_in(slot).0.map(|corner| corner.map(Into::into)),
+            Self::F64(mesh) => mesh.triangle_in(slot).0,
         }
     }
 

@@ -14,6 +14,7 @@ use super::committed::{Committed, MeshEntry};
 use super::matrix::{Matrix, placed_triangle, sizes, world_box};
 use super::mesh::SceneMesh;
 use super::snapshot::SceneSnapshot;
+use super::world_walk::nearest_last;
 use crate::bvh::Bvh;
 use crate::scalar::BvhScalar;
 use crate::tree::{EMPTY, LEAF, Node};
@@ -180,7 +181,7 @@ impl<'a> Search<'a> {
                 stack.push((near, child));
             }
         }
-        stack[start..].sort_unstable_by(|(a, _), (b, _)| b.total_cmp(a));
+        nearest_last(&mut stack[start..]);
     }
 }
 

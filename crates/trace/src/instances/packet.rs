@@ -20,11 +20,8 @@ use super::collect::Collect;
 use super::committed::{Committed, MeshEntry};
 use super::leaves::PlacedMesh;
 use super::matrix::TreeRay;
-use super::mesh::{Extent, SceneMesh};
 use super::trace::{SceneScratch, Trace, VisitOne};
 use super::tree_ray::{all_rounded_down, all_rounded_up, rounded_up};
-use crate::bvh::Bvh;
-use crate::scalar::BvhScalar;
 use crate::tree::{EMPTY, Margin};
 use crate::util::lane_ops::lanes_of;
 use crate::util::patience::Patience;
@@ -44,7 +41,7 @@ pub(super) fn patience() -> Patience {
 }
 
 /// Traces up to sixteen rays through a scene, together if that is faster.
-pub(super) struct TraceSome<'a, C> {
+pub(super) struct TraceSome<'a, 'c> {
     pub(super) scene: &'a Committed,
     pub(super) rays: &'a [Ray64],
     pub(super) rule: Rule,
@@ -52,10 +49,10 @@ pub(super) struct TraceSome<'a, C> {
     pub(super) scratch: &'a mut SceneScratch,
     pub(super) patience: &'a mut Patience,
     /// The collector of each ray's hits.
-    pub(super) collect: &'a mut [C],
+    pub(super) collect: &'a mut [&'c mut (dyn Collect + 'c)],
 }
 
-impl<C: Collect> WithSimd for TraceSome<'_, C> {
+impl WithSimd for TraceSome<'_, '_> {
     type Output = ();
 
     #[inline(always)]
@@ -65,7 +62,7 @@ impl<C: Collect> WithSimd for TraceSome<'_, C> {
         if patience.is_waiting() {
             patience.pass();
         } else if is_coherent(rays) {
-            let mut packet = VisitInstances::<S, C> {
+            let mut packet = VisitInstances::<S> {
                 scene,
                 world: World::new(rays),
                 rule,
@@ -84,7 +81,7 @@ impl<C: Collect> WithSimd for TraceSome<'_, C> {
             patience.tried(visitors >= TOGETHER * visits);
         }
         for lane in lanes_of(alone) {
-            let (ray, scratch, collect) = (&rays[lane], &mut *scratch, &mut collect[lane]);
+            let (ray, scratch, collect) = (&rays[lane], &mut *scratch, &mut *collect[lane]);
             Trace { scene, ray, rule, mask, scratch, collect }.run::<S>();
         }
     }
@@ -192,13 +189,13 @@ impl InTree {
 }
 
 /// Traces rays together through each instance that any of them may hit.
-struct VisitInstances<'a, 'b, S, C> {
+struct VisitInstances<'a, 'b, 'c, S> {
     scene: &'a Committed,
     world: World<'a>,
     rule: Rule,
     mask: u32,
     scratch: &'b mut SceneScratch,
-    collect: &'b mut [C],
+    collect: &'b mut [&'c mut (dyn Collect + 'c)],
     /// For each ray, the t beyond which hits no longer count; NaN if the ray is finished.
     until: [f64; RAYS],
     /// A mask of the active rays.
@@ -212,7 +209,7 @@ struct VisitInstances<'a, 'b, S, C> {
     level: PhantomData<S>,
 }
 
-impl<S: Simd, C: Collect> VisitInstances<'_, '_, S, C> {
+impl<S: Simd> VisitInstances<'_, '_, '_, S> {
     /// Traces the rays. Returns a mask of the rays that must be traced alone because their values
     /// are too extreme for a packet.
     #[inline(always)]
@@ -267,36 +264,28 @@ impl<S: Simd, C: Collect> VisitInstances<'_, '_, S, C> {
     fn visit_instance(&mut self, instance: usize, some: u32) {
         let scene = self.scene;
         let is_seen = scene.placed[instance].mask & self.mask != 0;
-        let Some(MeshEntry { mesh, extent }) = scene.mesh(instance).filter(|_| is_seen) else {
-            return;
-        };
+        let Some(entry) = scene.mesh(instance).filter(|_| is_seen) else { return };
         let mut alone = some;
         let is_useful = scene.frames[instance].inverse.is_useful();
         if some.count_ones() as usize >= TOGETHER && is_useful {
             // Call a separate function to leave registers free for the traversal.
-            alone = match mesh {
-                SceneMesh::F32(bvh) => S::vectorize(
-                    #[inline(always)]
-                    || self.enter(bvh, extent, instance, some),
-                ),
-                SceneMesh::F64(bvh) => S::vectorize(
-                    #[inline(always)]
-                    || self.enter(bvh, extent, instance, some),
-                ),
-            };
+            alone = S::vectorize(
+                #[inline(always)]
+                || self.enter(entry, instance, some),
+            );
         }
         for lane in lanes_of(alone) {
             if self.until[lane].is_nan() {
                 continue;
             }
-            let mut one = VisitOne::<S, C> {
+            let mut one = VisitOne::<S> {
                 scene,
                 ray: &self.world.rays[lane],
                 rule: self.rule,
                 mask: self.mask,
                 is_tame: self.world.tame >> lane & 1 != 0,
                 scratch: &mut self.scratch.mesh,
-                collect: &mut self.collect[lane],
+                collect: &mut *self.collect[lane],
                 unit: 1.0,
                 level: PhantomData,
             };
@@ -309,15 +298,9 @@ impl<S: Simd, C: Collect> VisitInstances<'_, '_, S, C> {
     /// Traces rays together through the mesh of an instance. Returns a mask of the rays that must
     /// be traced alone.
     #[inline(always)]
-    fn enter<X: BvhScalar>(
-        &mut self,
-        bvh: &Bvh<X>,
-        extent: &Extent,
-        instance: usize,
-        some: u32,
-    ) -> u32 {
+    fn enter(&mut self, MeshEntry { mesh, extent }: &MeshEntry, instance: usize, some: u32) -> u32 {
         let Self { scene, world, rule, mask, scratch, collect, until, work, .. } = self;
-        let (tree, matrix) = (&bvh.tree, &scene.placed[instance].matrix);
+        let (tree, matrix) = (mesh.tree(), &scene.placed[instance].matrix);
         let frame = &scene.frames[instance];
         let rays = world.in_tree::<S>(
             some,
@@ -328,8 +311,8 @@ impl<S: Simd, C: Collect> VisitInstances<'_, '_, S, C> {
             (rays.margin(tree.reach), all_rounded_down::<S>(&world.t_min, &rays.unit));
         let mut alone = some & !rays.some;
         let (rule, mask, level) = (*rule, *mask, PhantomData);
-        let mut leaves = VisitLeaves::<S, X, C> {
-            mesh: PlacedMesh { bvh, matrix, instance: instance as u32, rule, mask, level },
+        let mut leaves = VisitLeaves::<S> {
+            mesh: PlacedMesh { mesh, matrix, instance: instance as u32, rule, mask, level },
             rays: world.rays,
             tame: if frame.is_tame { world.tame } else { 0 },
             collect,
@@ -350,7 +333,7 @@ impl<S: Simd, C: Collect> VisitInstances<'_, '_, S, C> {
     }
 }
 
-impl<S: Simd, C: Collect> VisitTogether<S::F32x16> for VisitInstances<'_, '_, S, C> {
+impl<S: Simd> VisitTogether<S::F32x16> for VisitInstances<'_, '_, '_, S> {
     #[inline(always)]
     fn far(&self) -> S::F32x16 {
         Lanes::load(&self.far)
@@ -369,12 +352,12 @@ impl<S: Simd, C: Collect> VisitTogether<S::F32x16> for VisitInstances<'_, '_, S,
 }
 
 /// Tests rays against the triangles of leaves in world space.
-struct VisitLeaves<'a, S, X: BvhScalar, C> {
-    mesh: PlacedMesh<'a, S, X>,
+struct VisitLeaves<'a, 'c, S> {
+    mesh: PlacedMesh<'a, S>,
     rays: &'a [Ray64],
     /// A mask of the rays whose values neither overflow nor underflow in f64 lanes.
     tame: u32,
-    collect: &'a mut [C],
+    collect: &'a mut [&'c mut (dyn Collect + 'c)],
     /// For each ray, the t beyond which hits no longer count; NaN if the ray is finished.
     until: &'a mut [f64; RAYS],
     /// The factor that converts each ray's t to the units of the mesh's tree.
@@ -383,7 +366,7 @@ struct VisitLeaves<'a, S, X: BvhScalar, C> {
     far: [f32; RAYS],
 }
 
-impl<S: Simd, X: BvhScalar, C: Collect> VisitLeaves<'_, S, X, C> {
+impl<S: Simd> VisitLeaves<'_, '_, S> {
     /// Makes exactly the rays in `some` active.
     #[inline(always)]
     fn begin(&mut self, some: u32) {
@@ -399,7 +382,7 @@ fn far_of<S: Simd>(some: u32, until: &[f64; RAYS], unit: &[f64; RAYS]) -> S::F32
     Lanes::select(some, all_rounded_up::<S>(until, unit), Lanes::splat(f32::NAN))
 }
 
-impl<S: Simd, X: BvhScalar, C: Collect> VisitTogether<S::F32x16> for VisitLeaves<'_, S, X, C> {
+impl<S: Simd> VisitTogether<S::F32x16> for VisitLeaves<'_, '_, S> {
     #[inline(always)]
     fn far(&self) -> S::F32x16 {
         Lanes::load(&self.far)
@@ -410,7 +393,7 @@ impl<S: Simd, X: BvhScalar, C: Collect> VisitTogether<S::F32x16> for VisitLeaves
         let corners = self.mesh.corners(leaf);
         for lane in lanes_of(reaching.bits()) {
             let (ray, is_tame) = (&self.rays[lane], self.tame >> lane & 1 != 0);
-            let collect = &mut self.collect[lane];
+            let collect = &mut *self.collect[lane];
             let go_on = self.mesh.test((leaf, corners), (ray, is_tame), collect);
             self.until[lane] = if go_on { collect.far() } else { f64::NAN };
             self.far[lane] = rounded_up(self.until[lane], self.unit[lane]);
@@ -419,6 +402,6 @@ impl<S: Simd, X: BvhScalar, C: Collect> VisitTogether<S::F32x16> for VisitLeaves
 
     #[inline(always)]
     fn prefetch(&self, leaf: usize) {
-        prefetch(&self.mesh.bvh.tree.leaves[leaf..][..1]);
+        prefetch(&self.mesh.mesh.tree().leaves[leaf..][..1]);
     }
 }

@@ -96,8 +96,9 @@ struct Winding<'a> {
 }
 
 impl Collect for Winding<'_> {
-    const SHORTENS: bool = false;
-    const ALL_GEOMETRIES: bool = true;
+    fn all_geometries(&self) -> bool {
+        true
+    }
 
     fn take(&mut self, hit: Candidate, _: [f64; 2]) -> bool {
         // Crossings are found under `Rule::Once`, so `facing` always returns a side.
@@ -106,7 +107,6 @@ impl Collect for Winding<'_> {
         true
     }
 
-    #[inline(always)]
     fn far(&self) -> f64 {
         f64::INFINITY
     }

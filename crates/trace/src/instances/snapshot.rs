@@ -139,15 +139,18 @@ impl SceneSnapshot {
         SceneHit { hit, instance: InstanceId(found.instance), leaves }
     }
 
-    pub(super) fn trace<C: Collect>(&self, ray: &Ray64, rule: Rule, collect: &mut C) {
+    pub(super) fn trace(&self, ray: &Ray64, rule: Rule, collect: &mut dyn Collect) {
         let (scene, mask) = (&*self.committed, self.mask);
         self.with_scratch(|scratch| {
             self.level.run(Trace { scene, ray, rule, mask, scratch, collect });
         });
     }
 
-    /// Traces rays on this thread, together if that is faster. `collect[i]` belongs to `rays[i]`.
+    /// Traces at most [`PIECE`] rays on this thread, together if that is faster. `collect[i]` belongs
+    /// to `rays[i]`.
     fn trace_each<C: Collect>(&self, rays: &[Ray64], collect: &mut [C], patience: &mut Patience) {
+        let mut collect: Vec<&mut dyn Collect> =
+            collect.iter_mut().map(|collect| collect as &mut dyn Collect).collect();
         let (scene, mask, rule) = (&*self.committed, self.mask, Rule::Closed);
         self.with_scratch(|scratch| {
             for (rays, collect) in rays.chunks(RAYS).zip(collect.chunks_mut(RAYS)) {

@@ -17,11 +17,8 @@ use super::collect::Collect;
 use super::committed::{Committed, MeshEntry};
 use super::leaves::{PlacedMesh, VisitLeaves};
 use super::matrix::sizes;
-use super::mesh::{Extent, SceneMesh};
 use super::tree_ray::{TreeSlabs, rounded_down, rounded_up};
 use super::world_walk::WorldWalk;
-use crate::bvh::Bvh;
-use crate::scalar::BvhScalar;
 use crate::tree::{EMPTY, LEAF, Node};
 use crate::walk::packet::PacketStack;
 use crate::walk::single::{SlabLanes, TraversalScratch, Visit, Walk};
@@ -48,7 +45,7 @@ impl SceneScratch {
 }
 
 /// Traces one ray through a scene.
-pub(super) struct Trace<'a, C> {
+pub(super) struct Trace<'a> {
     pub(super) scene: &'a Committed,
     pub(super) ray: &'a Ray64,
     pub(super) rule: Rule,
@@ -56,10 +53,10 @@ pub(super) struct Trace<'a, C> {
     /// mask.
     pub(super) mask: u32,
     pub(super) scratch: &'a mut SceneScratch,
-    pub(super) collect: &'a mut C,
+    pub(super) collect: &'a mut (dyn Collect + 'a),
 }
 
-impl<C: Collect> WithSimd for Trace<'_, C> {
+impl WithSimd for Trace<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -99,6 +96,7 @@ impl<C: Collect> WithSimd for Trace<'_, C> {
             return;
         };
         visitor.unit = unit;
+        let shortens = visitor.collect.shortens();
         let walk = Walk {
             nodes: &top.nodes,
             leaves: top.boxed,
@@ -107,8 +105,8 @@ impl<C: Collect> WithSimd for Trace<'_, C> {
             octant,
             t_min: rounded_down(ray.t_min, unit),
             far: rounded_up(visitor.collect.far(), unit),
-            shortens: C::SHORTENS,
-            closest: C::SHORTENS,
+            shortens,
+            closest: shortens,
         };
         walk.run::<S>(&SlabLanes::splat(&slabs, octant), &mut scratch.instances, &mut visitor);
     }
@@ -122,7 +120,7 @@ fn instances_below(nodes: &[Node]) -> impl Iterator<Item = usize> {
 }
 
 /// Traces one ray through each instance that it may hit.
-pub(super) struct VisitOne<'a, S, C> {
+pub(super) struct VisitOne<'a, S> {
     pub(super) scene: &'a Committed,
     pub(super) ray: &'a Ray64,
     pub(super) rule: Rule,
@@ -130,45 +128,39 @@ pub(super) struct VisitOne<'a, S, C> {
     /// Whether f64 lanes can process the ray without overflow or underflow.
     pub(super) is_tame: bool,
     pub(super) scratch: &'a mut TraversalScratch,
-    pub(super) collect: &'a mut C,
+    pub(super) collect: &'a mut (dyn Collect + 'a),
     /// The factor that converts the ray's t to the units of the top tree.
     pub(super) unit: f64,
     pub(super) level: PhantomData<S>,
 }
 
-impl<S: Simd, C: Collect> Visit for VisitOne<'_, S, C> {
+impl<S: Simd> Visit for VisitOne<'_, S> {
     #[inline(always)]
     fn visit(&mut self, instance: usize) -> Option<f32> {
         let is_seen = self.scene.placed[instance].mask & self.mask != 0;
-        let Some(MeshEntry { mesh, extent }) = self.scene.mesh(instance).filter(|_| is_seen) else {
+        let Some(entry) = self.scene.mesh(instance).filter(|_| is_seen) else {
             return Some(rounded_up(self.collect.far(), self.unit));
         };
         // Call a separate function to leave registers free for the traversal.
-        let go_on = match mesh {
-            SceneMesh::F32(bvh) => S::vectorize(
-                #[inline(always)]
-                || self.enter(bvh, extent, instance),
-            ),
-            SceneMesh::F64(bvh) => S::vectorize(
-                #[inline(always)]
-                || self.enter(bvh, extent, instance),
-            ),
-        };
+        let go_on = S::vectorize(
+            #[inline(always)]
+            || self.enter(entry, instance),
+        );
         go_on.then(|| rounded_up(self.collect.far(), self.unit))
     }
 }
 
-impl<S: Simd, C: Collect> VisitOne<'_, S, C> {
+impl<S: Simd> VisitOne<'_, S> {
     /// Traces the ray through the mesh of an instance. Returns false if no further hit can count.
     #[inline(always)]
-    fn enter<X: BvhScalar>(&mut self, bvh: &Bvh<X>, extent: &Extent, instance: usize) -> bool {
+    fn enter(&mut self, MeshEntry { mesh, extent }: &MeshEntry, instance: usize) -> bool {
         let Self { scene, ray, rule, mask, is_tame, scratch, collect, .. } = self;
-        let (tree, matrix) = (&bvh.tree, &scene.placed[instance].matrix);
+        let (tree, matrix) = (mesh.tree(), &scene.placed[instance].matrix);
         let frame = &scene.frames[instance];
         let (rule, mask, instance) = (*rule, *mask, instance as u32);
         let level = PhantomData;
-        let mut leaves = VisitLeaves::<S, X, C> {
-            mesh: PlacedMesh { bvh, matrix, instance, rule, mask, level },
+        let mut leaves = VisitLeaves::<S> {
+            mesh: PlacedMesh { mesh, matrix, instance, rule, mask, level },
             ray,
             is_tame: *is_tame && frame.is_tame,
             collect: &mut **collect,
@@ -193,9 +185,12 @@ impl<S: Simd, C: Collect> VisitOne<'_, S, C> {
         // ray's t times that factor.
         leaves.unit = unit;
         let interval = [rounded_down(ray.t_min, unit), leaves.far()];
-        let (shortens, closest) = (C::SHORTENS, C::SHORTENS);
-        let walk =
-            Walk { shortens, closest, ..Walk::new(tree, octant, interval, tree.leaves.len()) };
+        let shortens = leaves.collect.shortens();
+        let walk = Walk {
+            shortens,
+            closest: shortens,
+            ..Walk::new(tree, octant, interval, tree.leaves.len())
+        };
         walk.run::<S>(&SlabLanes::splat(&slabs, octant), scratch, &mut leaves);
         leaves.go_on
     }

@@ -3,11 +3,9 @@
 
 use intertri::Ray64;
 
-use super::collect::Collect;
 use super::leaves::VisitLeaves;
 use super::matrix::{Matrix, world_box};
 use super::mesh::Extent;
-use crate::scalar::BvhScalar;
 use crate::tree::{EMPTY, LEAF, Tree};
 use crate::walk::single::Visit;
 use intertri::simd::Simd;
@@ -27,10 +25,7 @@ pub(super) struct WorldWalk<'a> {
 impl WorldWalk<'_> {
     /// Visits the leaves that the ray may reach, nearest children first.
     #[inline(always)]
-    pub(super) fn run<S: Simd, X: BvhScalar, C: Collect>(
-        &self,
-        leaves: &mut VisitLeaves<'_, S, X, C>,
-    ) {
+    pub(super) fn run<S: Simd>(&self, leaves: &mut VisitLeaves<'_, S>) {
         // Triangles that are too thin for f32 boxes have a separate root.
         let mut stack = vec![(0.0, 0), (0.0, self.tree.thin_root)];
         while let Some((near, child)) = stack.pop() {
@@ -55,10 +50,14 @@ impl WorldWalk<'_> {
                     stack.push((near, child));
                 }
             }
-            // Sort the children so that the nearest is on top of the stack.
-            stack[start..].sort_unstable_by(|(a, _), (b, _)| b.total_cmp(a));
+            nearest_last(&mut stack[start..]);
         }
     }
+}
+
+/// Sorts children so that the nearest is on top of a stack.
+pub(super) fn nearest_last(children: &mut [(f64, u32)]) {
+    children.sort_unstable_by(|(a, _), (b, _)| b.total_cmp(a));
 }
 
 /// Returns a lower bound on the t at which the ray enters a box, or `None` if it certainly does not

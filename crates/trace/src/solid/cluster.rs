@@ -73,6 +73,13 @@ impl Clusters {
         Ok(tree)
     }
 
+    /// Returns a coordinate of the middle of a piece. The function is out of line because the
+    /// selection of a median compares in many places.
+    #[inline(never)]
+    fn middle_of(&self, &[from, to]: &[usize; 2], axis: usize) -> f64 {
+        Bounds::of(self.corners[from..to].iter().copied()).middle()[axis]
+    }
+
     /// Adds a cluster for the given pieces, along with its descendants. Radii are increased by
     /// `least` to cover rounding.
     fn add(&mut self, pieces: &mut [[usize; 2]], least: f64) {
@@ -90,9 +97,10 @@ impl Clusters {
         if pieces.len() > 1 {
             // Split at the median along the longest side.
             let k = bounds.longest();
-            let place = |piece: &[usize; 2]| Bounds::of(corners(piece)).middle()[k];
             let half = pieces.len() / 2;
-            pieces.select_nth_unstable_by(half, |a, b| place(a).total_cmp(&place(b)));
+            pieces.select_nth_unstable_by(half, |a, b| {
+                self.middle_of(a, k).total_cmp(&self.middle_of(b, k))
+            });
             let (some, others) = pieces.split_at_mut(half);
             self.add(some, least);
             self.add(others, least);
