@@ -6,7 +6,7 @@
 
 use std::time::Instant;
 
-use intertri::{Crossings, Hit, Mode, RayOf, TriangleOf};
+use intertri::{Crossings, Hit, Hit32, Mode, RayOf, TriangleOf};
 use intertri_trace::{ClosestPoint, Containment, Solid, SolidError};
 use numpy::{PyArray1, PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::exceptions::{PyIndexError, PyMemoryError, PyValueError};
@@ -134,7 +134,7 @@ macro_rules! tree {
                 Ok(PyArray1::from_vec(py, run(py, &workers, work)??))
             }
 
-            /// Fills `out` with the closest hits.
+            /// Fills `out` with the closest hits, with t, u, and v in f32 or f64.
             fn closest(
                 &self,
                 py: Python<'_>,
@@ -142,21 +142,24 @@ macro_rules! tree {
                 mode: &str,
                 threads: Threads,
                 width: usize,
+                in_f32: bool,
                 mut out: Bytes<'_>,
             ) -> PyResult<()> {
                 let (mode, rays) = (named::<$scalar>(mode)?, rays.source()?);
-                let out: &mut [Hit] = rows(&mut out, rays.count)?;
-                let mesh = self.mesh.get(py)?;
-                answers(
-                    py,
-                    &small_or(threads, &rays)?,
-                    &rays,
-                    width,
-                    (out, Hit::MISS),
-                    |rays, skip, hits| {
+                let (workers, mesh) = (small_or(threads, &rays)?, self.mesh.get(py)?);
+                if in_f32 {
+                    let out: (&mut [Hit32], _) = (rows(&mut out, rays.count)?, Hit32::MISS);
+                    answers(py, &workers, &rays, width, out, |rays, skip, hits| {
+                        without(mesh.solid.bvh(), mode, skip, |query| {
+                            query.closest_batch_into(rays, hits);
+                        });
+                    })
+                } else {
+                    let out: (&mut [Hit], _) = (rows(&mut out, rays.count)?, Hit::MISS);
+                    answers(py, &workers, &rays, width, out, |rays, skip, hits| {
                         without(mesh.solid.bvh(), mode, skip, |query| closest(query, rays, hits));
-                    },
-                )
+                    })
+                }
             }
 
             /// Fills `out` with the triangles of the closest hits.

@@ -4,6 +4,8 @@ definitions and independently of the package."""
 from fractions import Fraction
 from math import inf, isfinite
 
+import numpy as np
+
 
 def _exact(row):
     return tuple(Fraction(float(x)) for x in row)
@@ -45,6 +47,14 @@ def hit(triangle, origin, direction, t_min=0.0, t_max=inf):
     if side == 0 or _sign(t) != side or any(_sign(x) == -side for x in (u, v, w)):
         return None
     return (t / d, v / d, w / d) if _in(t / d, t_min, t_max) else None
+
+
+def single(x):
+    """Returns the float32 nearest to a fraction. Rounding to float64 first could give another one."""
+    about = np.float32(float(x))
+    near = about, np.nextafter(about, np.float32(-inf)), np.nextafter(about, np.float32(inf))
+    # Of two that are equally near, the even one is right.
+    return min(near, key=lambda y: (abs(Fraction(float(y)) - x), y.view(np.uint32) % 2))
 
 
 def crossing(triangle, origin, direction, t_min=0.0, t_max=inf):

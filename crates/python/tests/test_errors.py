@@ -60,6 +60,11 @@ def test_meshes(vertices, faces, error, says):
         ((np.zeros((4, 3)), [0, 0, 1]), {"out": np.zeros(5, intertri.HIT)}, ValueError, "out has shape"),
         ((np.zeros((4, 3)), [0, 0, 1]), {"out": np.zeros(8, intertri.HIT)[::2]}, ValueError, "contiguous"),
         ((np.zeros((4, 3)), [0, 0, 1]), {"out": [0] * 4}, TypeError, "numpy array"),
+        ((np.zeros((4, 3)), [0, 0, 1]), {"dtype": np.float32}, TypeError, r"float32.*; it must be intertri\.HIT or intertri\.HIT32"),
+        ((np.zeros((4, 3)), [0, 0, 1]), {"dtype": "HIT32"}, TypeError, "dtype is HIT32; it must be"),
+        ((np.zeros((4, 3)), [0, 0, 1]), {"dtype": intertri.HIT32, "out": np.zeros(4, intertri.HIT)}, TypeError, "pass only one"),
+        ((np.zeros((4, 3)), [0, 0, 1]), {"dtype": intertri.HIT, "out": np.zeros(4, intertri.HIT32)}, TypeError, "pass only one"),
+        ((np.zeros((4, 3)), [0, 0, 1]), {"out": np.zeros(5, intertri.HIT32)}, ValueError, "out has shape"),
     ],
 )
 def test_rays(arguments, options, error, says):

@@ -157,6 +157,7 @@ else:
 # Calls that take seconds, each preceded by its setup.
 SLOW = {
     "rays": "mesh.closest(rays, threads=THREADS)",
+    "rays in float32": "mesh.closest(rays, threads=THREADS, dtype=intertri.HIT32)",
     "lists": "mesh.all(rays, threads=THREADS)",
     "rays at a vertex": "m = fan(1_000_000); tips = np.zeros((200_000, 6)) + [1e-9, 2e-9, 5, 0, 0, -1]; "
                         "GO m.closest(tips, threads=THREADS)",
@@ -223,6 +224,7 @@ from numpy.typing import NDArray
 mesh = intertri.Mesh(np.zeros((3, 3), np.float32), [[0, 1, 2]])
 any_hit: NDArray[np.bool_] = mesh.any([0, 0, 0], [0, 0, 1], mode="certified", threads=2)
 faces: NDArray[np.uint32] = mesh.faces
+hits: NDArray[np.void] = mesh.closest([[0, 0, 0]], [0, 0, 1], dtype=intertri.HIT32)
 lists: intertri.HitLists = mesh.all([[0, 0, 0]], [0, 0, 1])
 """)
     wrong = tmp_path / "wrong.py"

@@ -54,6 +54,56 @@ def test_closest_is_right(mesh, rng):
     assert (mesh.closest_triangle(origins, directions) == hits["triangle"]).all()
 
 
+def test_hits_in_float32_are_rounded_once(mesh, rng):
+    origins, directions = aimed(mesh, rng, 120)
+    wide, hits = mesh.closest(origins, directions), mesh.closest(origins, directions, dtype=intertri.HIT32)
+    assert hits.dtype == intertri.HIT32 and (hits["triangle"] == wide["triangle"]).all() and not hits["geometry"].any()
+    for hit, origin, direction in zip(hits, origins, directions):
+        triangle = hit["triangle"]
+        truth = oracle.hit(mesh.triangles[triangle], origin, direction) if triangle >= 0 else None
+        expected = [math.inf, 0, 0] if truth is None else [oracle.single(x) for x in truth]
+        assert [hit["t"], hit["u"], hit["v"]] == expected
+        assert mesh.closest(origin, direction, dtype=intertri.HIT32) == hit
+    assert (hits["triangle"] >= 0).sum() > 20
+
+
+@pytest.mark.parametrize("count", [1, 2, 5000])
+def test_float32_is_not_rounded_from_float64(count):
+    """The hit's t is so close to the middle between 1 and the next float32 that float64 rounds it to the middle."""
+    n = 2.0**30 - 1
+    mesh = intertri.Mesh(np.array([[-9, -9, n + 64], [9, -9, n + 64], [0, 9, n + 64]]), [[0, 1, 2]])
+    rays = np.tile([0, 0, 0, 0, 0, n], (count, 1))
+    assert np.float32(mesh.closest(rays)["t"].max()) == 1
+    assert (mesh.closest(rays, dtype=intertri.HIT32)["t"] == np.float32(1 + 2.0**-23)).all()
+
+
+def test_float32_beyond_its_range():
+    """A distance that float32 cannot hold becomes infinity or 0; the triangle still shows that it is a hit."""
+    mesh = intertri.Mesh(np.array([[-1e9, -1e9, 1], [1e9, -1e9, 1], [0, 1e9, 1]]), [[0, 1, 2]])
+    hits = mesh.closest([0, 0, 0], [[0, 0, 1e-300], [0, 0, 1e300]], dtype=intertri.HIT32)
+    assert hits["t"].tolist() == [math.inf, 0] and (hits["triangle"] == 0).all()
+
+
+def test_forms_of_rays_agree_in_float32(dtype, rng):
+    """Compares images in every form, intervals, `skip`, and thread counts with shuffled rays."""
+    mesh = intertri.Mesh(*(lambda v, f: (v.astype(dtype), f))(*icosphere(4)))
+    eye, directions = camera(160, [1, 0.5, 3])
+    eye, directions = eye.astype(dtype), directions.astype(dtype)
+    flat = directions.reshape(-1, 3)
+    rays = np.insert(np.concatenate([np.broadcast_to(eye, flat.shape), flat], axis=1), [3, 6], [0, np.inf], axis=1)
+    ask = lambda *rays, **options: mesh.closest(*rays, dtype=intertri.HIT32, **options).reshape(-1)
+    shuffled = rng.permutation(len(flat))
+    hits = ask(rays[shuffled])[np.argsort(shuffled)]
+    assert 0.1 < (hits["triangle"] >= 0).mean() < 0.9
+    for threads in (1, 2):
+        for form in ((eye, directions), (eye, flat), (rays[:, :3], rays[:, 4:7]), (rays[:, [0, 1, 2, 4, 5, 6]],), (rays,)):
+            assert (ask(*form, threads=threads) == hits).all()
+    for options in ({"t_max": 2.5}, {"t_min": 2.5}, {"skip": hits["triangle"]}):
+        wide = mesh.closest(eye, flat, **options)
+        assert (ask(eye, flat, **options)["triangle"] == wide["triangle"]).all()
+        assert (wide["triangle"] != hits["triangle"]).any()
+
+
 def test_all_and_crossings_are_right(mesh, rng):
     origins, directions = aimed(mesh, rng, 80)
     lists, crossed = mesh.all(origins, directions), mesh.crossings(origins, directions)
@@ -249,6 +299,8 @@ def test_certified(rng):
     assert (exact["triangle"] == certified["triangle"]).mean() > 0.99
     hit = exact["triangle"] >= 0
     assert np.allclose(exact["t"][hit], certified["t"][hit], rtol=1e-9)
+    rounded = mesh.closest(eye, directions, mode="certified", dtype=intertri.HIT32)
+    assert (rounded == certified.astype(intertri.HIT32)).all()
 
 
 def test_float64_rays_keep_their_precision():

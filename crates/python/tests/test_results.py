@@ -15,6 +15,7 @@ RAYS = np.random.default_rng(3).uniform(-2, 2, (100, 6))
 POINTS = RAYS[:, :3]
 RESULTS = {
     "closest": MESH.closest(RAYS),
+    "closest in float32": MESH.closest(RAYS, dtype=intertri.HIT32),
     "closest_triangle": MESH.closest_triangle(RAYS),
     "any": MESH.any(RAYS),
     "visible": MESH.visible(POINTS, [5, 5, 5]),
@@ -60,18 +61,43 @@ def test_points_of_nearest_are_rows():
     assert (outward > 0.9).all()
 
 
-def test_misses_are_nan_where_asked():
-    plain, marked = MESH.closest(RAYS), MESH.closest(RAYS, nan_misses=True)
+@pytest.mark.parametrize("dtype", [intertri.HIT, intertri.HIT32], ids=["float64", "float32"])
+def test_misses_are_nan_where_asked(dtype):
+    plain, marked = MESH.closest(RAYS, dtype=dtype), MESH.closest(RAYS, nan_misses=True, dtype=dtype)
     miss = plain["triangle"] < 0
     assert miss.any() and not miss.all() and np.isinf(plain["t"][miss]).all()
     for name in ("t", "u", "v"):
         assert np.isnan(marked[name][miss]).all() and (marked[name][~miss] == plain[name][~miss]).all()
     assert (marked["triangle"] == plain["triangle"]).all()
-    away, out = [9, 9, 9], np.zeros(1, intertri.HIT)
-    assert math.isnan(MESH.closest(away, [0, 0, 1], nan_misses=True)["t"])
+    away, out = [9, 9, 9], np.zeros(1, dtype)
+    assert math.isnan(MESH.closest(away, [0, 0, 1], nan_misses=True, dtype=dtype)["t"])
     assert np.isnan(MESH.closest([away], [0, 0, 1], nan_misses=True, out=out)["t"]).all() and np.isnan(out["t"]).all()
     near = MESH.closest_point([away, [0, 0, 0]], radius=2, nan_misses=True)
     assert np.isnan(near["distance"]).tolist() == np.isnan(near["u"]).tolist() == [True, False]
+
+
+def test_the_dtype_of_out_decides():
+    hits = MESH.closest(RAYS, dtype=intertri.HIT32)
+    assert intertri.HIT32.itemsize == 20 and hits.nbytes == 20 * len(RAYS)
+    assert MESH.closest(RAYS).dtype == MESH.closest(RAYS, dtype=intertri.HIT).dtype == intertri.HIT
+    out = np.zeros(len(RAYS), intertri.HIT32)
+    for options in ({}, {"dtype": intertri.HIT32}):
+        out["t"] = -1
+        assert MESH.closest(RAYS, out=out, **options) is out and (out == hits).all()
+    one = MESH.closest(RAYS[0], dtype=intertri.HIT32)
+    assert isinstance(one, np.void) and one == hits[0] and isinstance(one["t"], np.float32)
+    assert MESH.closest(np.zeros((0, 6)), dtype=intertri.HIT32).dtype == intertri.HIT32
+
+
+def test_hits_in_float32_can_be_passed_on():
+    wide, hits = MESH.closest(RAYS), MESH.closest(RAYS, dtype=intertri.HIT32)
+    is_hit = wide["triangle"] >= 0
+    points = MESH.hit_points(hits)
+    assert points.dtype == np.float64 and np.allclose(points, MESH.hit_points(wide), atol=1e-7, equal_nan=True)
+    assert np.array_equal(MESH.hit_normals(hits), MESH.hit_normals(wide), equal_nan=True)
+    rays = MESH.spawn_rays(hits, -RAYS[:, 3:])
+    assert np.array_equal(np.isnan(rays[:, 0]), ~is_hit)
+    assert (MESH.closest_triangle(rays) != hits["triangle"])[is_hit].all()
 
 
 def test_inside_goes_by_winding_or_by_odd_crossings():
@@ -116,6 +142,17 @@ def test_memory_is_reused_when_the_last_view_is_gone(many):
     again = mesh.closest([0, 0, 0], -ways)
     assert again.ctypes.data == where and (again == others[0]).all()
     assert mesh.any([0, 0, 0], ways).all() and not _memory._idle
+
+
+def test_memory_of_hits_in_float32_is_reused(many):
+    mesh, ways = many
+    ways = np.concatenate([ways, -ways])
+    hits = mesh.closest([0, 0, 0], ways, dtype=intertri.HIT32)
+    where, truth = hits.ctypes.data, hits.copy()
+    assert _memory.LEAST < hits.nbytes == 20 * len(ways)
+    del hits
+    again = mesh.closest([0, 0, 0], ways, dtype=intertri.HIT32)
+    assert again.ctypes.data == where and (again == truth).all()
 
 
 def test_idle_memory_is_bounded_and_fits(many, monkeypatch):

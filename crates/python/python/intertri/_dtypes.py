@@ -16,6 +16,14 @@ miss. ``u``, ``v``: the weights of the second and third corner. The point is
 ``geometry``: the number of the mesh, which is 0.
 """
 
+HIT32 = np.dtype([("t", "<f4"), ("u", "<f4"), ("v", "<f4"), ("triangle", "<i4"), ("geometry", "<u4")])
+"""A hit with t, u, and v in float32, 20 bytes in size. The fields mean the same as in `HIT`.
+
+With ``mode="exact"``, t, u, and v are the true values, rounded once; with ``mode="certified"``,
+they are the values in `HIT`, rounded. A t beyond the largest float32 becomes infinity, so use
+``triangle`` to tell hits from misses.
+"""
+
 CROSSING = np.dtype(
     {
         "names": ["t", "u", "v", "triangle", "geometry", "leaves"],

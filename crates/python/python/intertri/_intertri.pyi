@@ -16,7 +16,7 @@ def read_model(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArr
 
 class _Tree:
     def closest(
-        self, rays: Rays, mode: str, threads: int | None, width: int, out: NDArray[np.uint8]
+        self, rays: Rays, mode: str, threads: int | None, width: int, in_f32: bool, out: NDArray[np.uint8]
     ) -> None: ...
     def triangles(
         self, rays: Rays, mode: str, threads: int | None, width: int, out: NDArray[np.uint8]

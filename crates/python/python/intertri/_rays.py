@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _memory
 from ._arrays import F32, Rays
-from ._dtypes import CROSSING, CROSSINGS, HIT, NEAREST, HitLists
+from ._dtypes import CROSSING, CROSSINGS, HIT, HIT32, NEAREST, HitLists
 from ._triangles import Triangles, native
 
 Mode: TypeAlias = Literal["exact", "certified"]
@@ -45,6 +45,7 @@ class RayQueries(Triangles):
         nan_misses: bool = False,
         mode: Mode = "exact",
         threads: int | None = None,
+        dtype: np.dtype[np.void] | None = None,
         out: NDArray[np.void] | None = None,
     ) -> NDArray[np.void]:
         """Finds the closest hit of each ray.
@@ -67,19 +68,21 @@ class RayQueries(Triangles):
         mode : "exact" or "certified"
         threads : int, optional
             The number of threads; all by default.
-        out : (...) `HIT`, optional
+        dtype : `HIT` or `HIT32`, optional
+            `HIT32` stores t, u, and v in float32. The default is the dtype of ``out``, or `HIT`.
+        out : (...) `HIT` or `HIT32`, optional
             A contiguous array for the answers; reusing one saves an allocation.
 
         Returns
         -------
-        (...) `HIT`
+        (...) `HIT` or `HIT32`
             The fields are t, u, v, triangle, and geometry. For a miss, the triangle is -1 and t is
             infinite. A ray misses if a component of its origin or direction is NaN or infinite.
 
         Raises
         ------
         ValueError, TypeError
-            If shapes do not broadcast or a dtype is not numeric.
+            If shapes do not broadcast, a dtype is not numeric, or ``dtype`` and ``out`` disagree.
 
         Examples
         --------
@@ -92,9 +95,10 @@ class RayQueries(Triangles):
         array([ 0,  0, -1], dtype=int32)
         """
         rays = self._rays(origins, directions, t_min, t_max, skip)
-        hits = _arrays.answers(rays.shape, HIT, out, *rays.parts)
+        dtype = _hit_dtype(dtype, out)
+        hits = _arrays.answers(rays.shape, dtype, out, *rays.parts)
         tree, threads = self._tree(rays.dtype, threads), _arrays.threads_of(threads)
-        tree.closest(rays, mode, threads, rays.width, _arrays.as_bytes(hits))
+        tree.closest(rays, mode, threads, rays.width, dtype is HIT32, _arrays.as_bytes(hits))
         if nan_misses:
             _arrays.mark_misses(hits, "t")
         return hits if rays.shape or out is not None else hits[()]
@@ -222,8 +226,9 @@ class RayQueries(Triangles):
 
         Parameters
         ----------
-        hits : (...) `HIT`, `CROSSING`, or `NEAREST`
-            The result of `closest`, `all`, `crossings`, or `closest_point` for this mesh.
+        hits : (...) `HIT`, `HIT32`, `CROSSING`, or `NEAREST`
+            The result of `closest`, `all`, `crossings`, or `closest_point` for this mesh. Rays of
+            `HIT32` start where the weights in float32 place the hit.
         directions : (..., 3)
             The directions of the rays, which are rounded to the dtype of the mesh.
 
@@ -267,7 +272,7 @@ class RayQueries(Triangles):
 
         Parameters
         ----------
-        hits : (...) `HIT`, `CROSSING`, or `NEAREST`
+        hits : (...) `HIT`, `HIT32`, `CROSSING`, or `NEAREST`
             The result of `closest`, `all`, `crossings`, or `closest_point` for this mesh.
 
         Returns
@@ -417,7 +422,7 @@ class RayQueries(Triangles):
             near = self._hits(hits)
             return np.stack([near[name] for name in "xyz"], axis=-1)
         found, corners = self._corners(hits)
-        u, v = found["u"][..., None], found["v"][..., None]
+        u, v = (np.asarray(found[name], np.float64)[..., None] for name in "uv")
         points: NDArray[np.float64] = (1 - u - v) * corners[..., 0, :] + u * corners[..., 1, :] + v * corners[..., 2, :]
         return points
 
@@ -453,6 +458,18 @@ class RayQueries(Triangles):
         corners = np.full((*found.shape, 3, 3), np.nan)
         corners[is_hit] = self._at.vertices[self._faces[numbers[is_hit]]]
         return found, corners
+
+
+def _hit_dtype(dtype: np.dtype[np.void] | None, out: NDArray[np.void] | None) -> np.dtype[np.void]:
+    """Returns the dtype of the hits that a query writes: `HIT` or `HIT32`."""
+    given = out.dtype if isinstance(out, np.ndarray) else None
+    if dtype is None:
+        return HIT32 if given is not None and given == HIT32 else HIT
+    if dtype not in (HIT, HIT32):
+        raise TypeError(f"dtype is {dtype}; it must be intertri.HIT or intertri.HIT32")
+    if given is not None and given != dtype:
+        raise TypeError(f"out has dtype {given}, but dtype is {dtype}; pass only one of them, or the same dtype in both")
+    return HIT32 if dtype == HIT32 else HIT
 
 
 def _limit_of(limit: int | None) -> int | None:
