@@ -1,7 +1,7 @@
 //! The scalar types of coordinates, and queries that take a mode. [`named`] converts a mode's
 //! Python name.
 
-use intertri::{Hit, Mode, RayOf};
+use intertri::{Hit, Hit32, Mode, RayOf};
 use intertri_trace::{BvhScalar, MeshTriangle, Query};
 use numpy::Element;
 use pyo3::exceptions::{PyMemoryError, PyValueError};
@@ -53,6 +53,19 @@ pub(crate) fn named<S: Scalar>(name: &str) -> PyResult<Mode> {
 pub(crate) fn closest<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], hits: &mut [Hit]) {
     if let ([ray], [to]) = (rays, &mut *hits) {
         *to = query.closest(ray).unwrap_or(Hit::MISS);
+    } else {
+        query.closest_batch_into(rays, hits);
+    }
+}
+
+/// Like [`closest`], but with t, u, and v in f32.
+pub(crate) fn closest32<S: Scalar>(
+    query: &mut Query<'_, S>,
+    rays: &[RayOf<S>],
+    hits: &mut [Hit32],
+) {
+    if let ([ray], [to]) = (rays, &mut *hits) {
+        *to = query.closest32(ray).unwrap_or(Hit32::MISS);
     } else {
         query.closest_batch_into(rays, hits);
     }

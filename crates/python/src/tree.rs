@@ -22,7 +22,7 @@ use crate::picture::tiled;
 use crate::points::{grid, of_points, of_solid, winding};
 use crate::pool::Workers;
 use crate::run::{Stop, run};
-use crate::scalar::{Scalar, all, any, closest, named, no_memory, triangles, wrong};
+use crate::scalar::{Scalar, all, any, closest, closest32, named, no_memory, triangles, wrong};
 use crate::shared::Shared;
 use crate::skip::without;
 use crate::source::{Arrays, Source};
@@ -150,9 +150,7 @@ macro_rules! tree {
                 if in_f32 {
                     let out: (&mut [Hit32], _) = (rows(&mut out, rays.count)?, Hit32::MISS);
                     answers(py, &workers, &rays, width, out, |rays, skip, hits| {
-                        without(mesh.solid.bvh(), mode, skip, |query| {
-                            query.closest_batch_into(rays, hits);
-                        });
+                        without(mesh.solid.bvh(), mode, skip, |query| closest32(query, rays, hits));
                     })
                 } else {
                     let out: (&mut [Hit], _) = (rows(&mut out, rays.count)?, Hit::MISS);
