@@ -1,15 +1,15 @@
 //! Collects every hit of a ray, using a filter that rejects each hit.
 
 use super::{Context, Ptr};
-use crate::lists::Found;
+use crate::lists::ListedHit;
 
 /// The hits that the filter collects, separately for each ray.
 #[derive(Default)]
-pub struct Collector([Vec<Found>; 16]);
+pub struct Collector([Vec<ListedHit>; 16]);
 
 impl Collector {
     /// Returns the hits of the first `rays` rays.
-    pub fn taken(&mut self, rays: usize) -> &mut [Vec<Found>] {
+    pub fn taken(&mut self, rays: usize) -> &mut [Vec<ListedHit>] {
         &mut self.0[..rays]
     }
 }
@@ -42,7 +42,7 @@ pub(super) unsafe extern "C" fn collect(arguments: *const FilterArguments) {
             let [t, id] = [8, 10].map(|row| *ray.add(row * count));
             let [u, v, triangle] = [3, 4, 5].map(|row| *hit.add(row * count));
             let [t, u, v] = [t, u, v].map(f32::from_bits);
-            collector.0[id as usize % 16].push(Found { t, triangle, u, v });
+            collector.0[id as usize % 16].push(ListedHit { t, triangle, u, v });
             *valid.add(lane) = 0;
         }
     }
