@@ -38,7 +38,7 @@ pub const BUILDERS: &[&str] = &[
 pub struct Built {
     /// The time of the fastest build.
     pub milliseconds: f64,
-    /// The memory that the hierarchy occupies, in addition to the input.
+    /// By how much the resident memory grew during the first build.
     pub bytes: usize,
 }
 

@@ -86,7 +86,7 @@ pub fn decide<D: Lanes<Scalar = f64>>(
 
 /// Like [`decide`], but also returns bounds on t for hits. If the error of D may exceed D, there is
 /// no upper bound, and the second number is infinite, NaN, or below the first one. The bounds hold
-/// only if no quotient underflows.
+/// only if no quotient underflows or overflows.
 #[inline(always)]
 pub fn decide_with_t<D: Lanes<Scalar = f64>>(
     [c1, c2, c3]: [Vec3<D>; 3],

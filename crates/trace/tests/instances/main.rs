@@ -238,6 +238,12 @@ fn compare(snapshot: &SceneSnapshot, flat: &Flat, rays: &[Ray64], what: &str) ->
         let found = closest[i].is_hit().then(|| bits(&closest[i]));
         assert_eq!(found, expected, "{what}: closest of {ray:?}");
         assert_eq!(any[i], expected.is_some(), "{what}: any of {ray:?}");
+        // Batches trace coherent rays in packets, so also trace some rays alone.
+        if i % 4 == 0 {
+            let alone = snapshot.closest(ray).map(|hit| bits(&hit));
+            assert_eq!(alone, found, "{what}: one ray's closest of {ray:?}");
+            assert_eq!(snapshot.any(ray), any[i], "{what}: one ray's any of {ray:?}");
+        }
         hits += usize::from(any[i]);
         let expected: Vec<_> = bvh.all(ray).into_iter().map(|hit| flat.named(hit)).collect();
         let found: Vec<_> = all.of(i).iter().map(bits).collect();

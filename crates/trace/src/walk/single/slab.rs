@@ -57,6 +57,18 @@ const fn power_of_two(e: i32) -> f32 {
     f32::from_bits(((127 + e) as u32) << 23)
 }
 
+/// Converts a number to f64. Subnormal numbers are read from their bits, because the CPU may be set
+/// to read them as 0, but in a short direction, they matter.
+fn widened(x: f32) -> f64 {
+    let size = x.to_bits() << 1 >> 1;
+    if size >> 23 == 0 {
+        let unit = f64::from_bits((1023 - 149) << 52);
+        (f64::from(size) * unit).copysign(x.into())
+    } else {
+        x.into()
+    }
+}
+
 /// Returns the octant of a ray: bit k is set if the direction is negative along axis k.
 #[inline(always)]
 pub(crate) fn octant(ray: &Ray) -> usize {
@@ -141,15 +153,15 @@ impl Slabs {
     #[cold]
     #[inline(never)]
     pub(crate) fn scaled<S: Simd>(ray: &Ray, margin: &Margin) -> Option<Self> {
-        let (length, away) = (largest(ray.dir), largest(ray.origin));
-        if !(away + margin.reach < LARGEST && length > 0.0 && length < f32::INFINITY) {
+        let (dir, away) = (ray.dir.map(widened), largest(ray.origin));
+        let length = dir.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        if !(away + margin.reach < LARGEST && length > 0.0 && length < f64::INFINITY) {
             return None;
         }
-        // Scale in two steps, because the power of two may not be representable in f32. Components
-        // that become 0 are negligible.
-        let by = -f64::from(length).log2().floor() as i32;
-        let half = |e: i32| power_of_two(e.clamp(-126, 127));
-        let dir = ray.dir.map(|x| x * half(by) * half(by - by.clamp(-126, 127)));
+        // Scale in f64, because the power of two may not be representable in f32. Components that
+        // become 0 are negligible.
+        let by = f64::from_bits(((1023.0 - length.log2().floor()) as u64) << 52);
+        let dir = dir.map(|x| (x * by) as f32);
         let length = largest(dir);
         let least = length * STEEPEST + (away + margin.room(away) + 1.0) * LEAST;
         let (from, least) = ([ray.origin, ray.origin], least.min(0.25 * length));
@@ -356,9 +368,17 @@ mod tests {
     use intertri::Ray;
     use intertri::simd::{Level, Mask, Simd, WithSimd};
 
-    use super::{SlabLanes, Slabs, octant};
+    use super::{SlabLanes, Slabs, octant, widened};
     use crate::tree::{Aabb, Margin, Node};
     use crate::util::test_numbers::random;
+
+    #[test]
+    fn numbers_are_widened_exactly() {
+        let sizes = [0, 1, 2, 0x0040_0001, 0x007F_FFFF, 0x0080_0000, 0x3F80_0001, 0x7F7F_FFFF];
+        for x in sizes.into_iter().flat_map(|bits| [bits, bits | 1 << 31]).map(f32::from_bits) {
+            assert_eq!(widened(x).to_bits(), f64::from(x).to_bits(), "{x:e}");
+        }
+    }
 
     /// Tests whether a ray intersects a box up to the first t, and whether it does so from the
     /// second t on.

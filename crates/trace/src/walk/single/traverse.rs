@@ -50,8 +50,9 @@ pub(super) fn traverse<S: Simd>(
     let mut walk = Walk { shortens: true, closest, ..Walk::new(tree, octant, interval, unboxed) };
     let slabs = match Slabs::new::<S>(ray, &margin) {
         Some(slabs) => slabs,
-        // A ray whose direction is zero hits nothing.
-        None if ray.dir == [0.0; 3] => return,
+        // A ray whose direction is zero hits nothing. Compare bits, because a CPU may be set to read
+        // subnormal numbers as 0.
+        None if ray.dir.map(f32::to_bits).iter().all(|x| x << 1 == 0) => return,
         None => {
             // A ray with extreme coordinates is scaled for traversal, and hits do not shorten it.
             // If scaling is impossible, every triangle is tested.
