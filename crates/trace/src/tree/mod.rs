@@ -11,8 +11,8 @@ mod node;
 mod octant_order;
 
 pub(crate) use aabb::Aabb;
-pub(crate) use geometries::Geometries;
 pub use geometries::MeshTriangle;
+pub(crate) use geometries::{Geometries, NamesTriangle};
 pub(crate) use hierarchy::{Leaf, Tree};
 pub(crate) use hit_bounds::{HitBounds, hit_bounds};
 pub(crate) use leaf_bounds::{LaneBounds, LeafBounds, boxes_of, lean_of};

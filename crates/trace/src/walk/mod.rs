@@ -12,4 +12,4 @@ pub(crate) mod single;
 pub(crate) mod stream;
 
 pub(crate) use hit_pairs::{HitPairs, NearestFew};
-pub(crate) use output::BatchOutput;
+pub(crate) use output::{BatchOutput, HitFormat};

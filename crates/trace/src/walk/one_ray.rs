@@ -1,25 +1,30 @@
 //! Queries for a single ray. They are not generic, so they are compiled once, in this crate,
 //! instead of in every crate that calls them.
 
+use std::marker::PhantomData;
+
 use intertri::internal::exact::Side;
 use intertri::{ClosestHit, Crossing, Filter, Hit, Hit32, LeafSlot, Ray, RayId};
 
-use super::single::{All, Closest, Hits, Hits32, SingleRay};
+use super::HitFormat;
+use super::single::{All, Closest, Hits, SingleRay};
 use crate::containment::Containment;
 use crate::tree::{MeshTriangle, Tree};
 
 /// Returns the closest hit.
 pub(crate) fn closest(single: SingleRay<'_>) -> Option<Hit> {
-    let SingleRay { tree, filter, .. } = single;
-    let mut hit = filter.level().run(Hits(single))?;
-    tree.geometries.rename([&mut hit]);
-    Some(hit)
+    closest_as(single)
 }
 
 /// Returns the closest hit, with t, u, and v in f32.
 pub(crate) fn closest32(single: SingleRay<'_>) -> Option<Hit32> {
+    closest_as(single)
+}
+
+#[inline(always)]
+fn closest_as<H: HitFormat>(single: SingleRay<'_>) -> Option<H> {
     let SingleRay { tree, filter, .. } = single;
-    let mut hit = filter.level().run(Hits32(single))?;
+    let mut hit = filter.level().run(Hits(single, PhantomData::<H>))?;
     tree.geometries.rename([&mut hit]);
     Some(hit)
 }

@@ -1,12 +1,12 @@
 //! The output of tracing many rays: closest hits, closest triangles, whether rays hit anything, or
 //! all hits.
 
-use intertri::internal::prefetch;
-use intertri::{ClosestHit, Crossings, Hit, Hit32, TriangleId};
+use intertri::internal::{Resolver, prefetch};
+use intertri::{ClosestHit, Crossings, Hit, Hit32, LeafSlot, Ray, RayId, TriangleId};
 
 use super::HitPairs;
 use crate::containment::Containment;
-use crate::tree::{MeshTriangle, Tree};
+use crate::tree::{MeshTriangle, NamesTriangle, Tree};
 
 /// The results of tracing rays: a slice with one result per ray, or a list of hits.
 pub enum BatchOutput<'a> {
@@ -107,5 +107,31 @@ impl BatchOutput<'_> {
             Self::Triangles(triangles) => tree.geometries.rename(triangles),
             _ => (),
         }
+    }
+}
+
+/// A hit in the format in which a query returns it: with t, u, and v in f64 or in f32.
+pub(crate) trait HitFormat: Copy + NamesTriangle {
+    const MISS: Self;
+
+    /// Computes the hit of a ray on the triangle in a slot.
+    fn met_alone(tree: &Tree, resolver: Resolver<'_>, ray: &Ray, ids: (RayId, LeafSlot)) -> Self;
+}
+
+impl HitFormat for Hit {
+    const MISS: Self = Self::MISS;
+
+    fn met_alone(tree: &Tree, resolver: Resolver<'_>, ray: &Ray, ids: (RayId, LeafSlot)) -> Self {
+        let (triangle, index) = (tree.triangle_in(ids.1), tree.index_of(ids.1));
+        resolver.hit_attributes(ray, &triangle, index, ids)
+    }
+}
+
+impl HitFormat for Hit32 {
+    const MISS: Self = Self::MISS;
+
+    fn met_alone(tree: &Tree, resolver: Resolver<'_>, ray: &Ray, ids: (RayId, LeafSlot)) -> Self {
+        let (triangle, index) = (tree.triangle_in(ids.1), tree.index_of(ids.1));
+        resolver.hit32(ray, &triangle, index, ids)
     }
 }

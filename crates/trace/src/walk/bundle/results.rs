@@ -6,8 +6,7 @@ use intertri::simd::Simd;
 use intertri::{Hit, Hit32, LeafSlot, Ray, RayId, TriangleId, TriangleOf};
 
 use crate::tree::{MeshTriangle, Tree};
-use crate::walk::BatchOutput;
-use crate::walk::HitPairs;
+use crate::walk::{BatchOutput, HitFormat, HitPairs};
 
 /// The value that marks a ray without a hit.
 pub(super) const NOTHING: u32 = u32::MAX;
@@ -51,32 +50,6 @@ pub(crate) struct Results {
     exact32: Vec<[exact::HitCoefficients32; 8]>,
     /// The hits on the original f64 triangles, before rounding to f32.
     hits64: Vec<Hit>,
-}
-
-/// A hit in the format in which a batch stores it.
-trait HitRecord: Copy {
-    const MISS: Self;
-
-    /// Computes the hit of a ray on the triangle in a slot.
-    fn met_alone(tree: &Tree, resolver: Resolver<'_>, ray: &Ray, ids: (RayId, LeafSlot)) -> Self;
-}
-
-impl HitRecord for Hit {
-    const MISS: Self = Self::MISS;
-
-    fn met_alone(tree: &Tree, resolver: Resolver<'_>, ray: &Ray, ids: (RayId, LeafSlot)) -> Self {
-        let (triangle, index) = (tree.triangle_in(ids.1), tree.index_of(ids.1));
-        resolver.hit_attributes(ray, &triangle, index, ids)
-    }
-}
-
-impl HitRecord for Hit32 {
-    const MISS: Self = Self::MISS;
-
-    fn met_alone(tree: &Tree, resolver: Resolver<'_>, ray: &Ray, ids: (RayId, LeafSlot)) -> Self {
-        let (triangle, index) = (tree.triangle_in(ids.1), tree.index_of(ids.1));
-        resolver.hit32(ray, &triangle, index, ids)
-    }
 }
 
 impl Results {
@@ -321,7 +294,7 @@ impl Results {
     /// Computes the hits. Values that depend only on a triangle and the shared origin are computed
     /// only once.
     #[inline(always)]
-    fn hits<S: Simd, C: SharedOriginHit<H>, H: HitRecord>(
+    fn hits<S: Simd, C: SharedOriginHit<H>, H: HitFormat>(
         &self,
         tree: &Tree,
         resolver: Resolver<'_>,

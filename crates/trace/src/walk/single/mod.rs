@@ -8,7 +8,7 @@ mod stack;
 mod traverse;
 
 pub(crate) use on_surface::is_held;
-pub(crate) use queries::{All, Closest, Hits, Hits32, SingleRay};
+pub(crate) use queries::{All, Closest, Hits, SingleRay};
 pub(crate) use slab::{PackedSlabs, SlabLanes, Slabs, octant};
 pub(crate) use stack::{BOTTOM, LentScratch, Stack, TraversalScratch};
 pub(crate) use traverse::{Visit, Walk};

@@ -4,12 +4,13 @@ use std::marker::PhantomData;
 
 use crate::util::lane_ops::lanes_of;
 use intertri::simd::{Simd, WithSimd};
-use intertri::{ClosestHit, Counts, Filter, Hit, Hit32, LeafSlot, PreparedRay, Ray, RayId};
+use intertri::{ClosestHit, Counts, Filter, LeafSlot, PreparedRay, Ray, RayId};
 
 use super::stack::TraversalScratch;
 use super::traverse::{Visit, traverse};
 use crate::selection::{ActiveSelection, closest_in_leaf, selected};
 use crate::tree::Tree;
+use crate::walk::HitFormat;
 
 /// A single ray and the data needed to trace it.
 pub(crate) struct SingleRay<'a> {
@@ -48,32 +49,18 @@ impl<const ANY: bool> WithSimd for Closest<'_, ANY> {
     }
 }
 
-/// Finds the closest hit of a ray, with its t and weights.
-pub(crate) struct Hits<'a>(pub(crate) SingleRay<'a>);
+/// Finds the closest hit of a ray, with its t and weights in the format H.
+pub(crate) struct Hits<'a, H>(pub(crate) SingleRay<'a>, pub(crate) PhantomData<H>);
 
-impl WithSimd for Hits<'_> {
-    type Output = Option<Hit>;
-
-    #[inline(always)]
-    fn run<S: Simd>(self) -> Option<Hit> {
-        let SingleRay { tree, filter, ray, .. } = self.0;
-        let (closest, _) = Closest::<false>(self.0).run::<S>();
-        filter.hit(ray, &closest, |slot| tree.triangle_in(slot))
-    }
-}
-
-/// Like [`Hits`], but with t and the weights in f32.
-pub(crate) struct Hits32<'a>(pub(crate) SingleRay<'a>);
-
-impl WithSimd for Hits32<'_> {
-    type Output = Option<Hit32>;
+impl<H: HitFormat> WithSimd for Hits<'_, H> {
+    type Output = Option<H>;
 
     #[inline(always)]
-    fn run<S: Simd>(self) -> Option<Hit32> {
+    fn run<S: Simd>(self) -> Option<H> {
         let SingleRay { tree, filter, ray, id, .. } = self.0;
         let (closest, _) = Closest::<false>(self.0).run::<S>();
-        let (triangle, slot) = closest.triangle()?;
-        Some(filter.resolver().hit32(ray, &tree.triangle_in(slot), triangle, (id, slot)))
+        let (_, slot) = closest.triangle()?;
+        Some(H::met_alone(tree, filter.resolver(), ray, (id, slot)))
     }
 }
 
