@@ -4,7 +4,7 @@
 //!   U = h6·(d × B)     h6 = c3 - c2           A number beyond its bound has its exact sign.
 //!   V = h5·(A × d)     h5 = c3 - c1           A number with all products 0 is exactly 0.
 //!   W = h4·(d × A)     h4 = c2 - c1           Two numbers with different signs mean a miss.
-//!   T = A·(h4 × h5)
+//!   T = A·(h4 × h5)        D = d·(h4 × h5)
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 3, has the bounds and the proof.
@@ -20,14 +20,11 @@ const HALF_ULP: f64 = f64::EPSILON / 2.0;
 /// A bound on the error of U, V and W, relative to their permanents.
 const EDGE: f64 = 8.0 * HALF_ULP;
 
-/// A bound on the error of T, relative to its permanent.
+/// A bound on the error of T and of D, relative to their permanents.
 const VOLUME: f64 = 9.0 * HALF_ULP;
 
 /// A bound on the error of T - t D, relative to the permanent of T plus t times the permanent of D.
 const RANGE: f64 = 16.0 * HALF_ULP;
-
-/// A bound on the error of D, relative to its permanent.
-const DENOMINATOR: f64 = 10.0 * HALF_ULP;
 
 /// The relative widening of a quotient that covers the rounding of its two ends.
 const WIDER: f64 = 8.0 * HALF_ULP;
@@ -60,6 +57,12 @@ impl<D: Lanes<Scalar = f64>> Sum<D> {
         // the total error.
         let permanent = y.abs().permanents(z.abs()).dot_fused(x.abs());
         Self { value: y.cross_fused(z).dot_fused(x), permanent }
+    }
+
+    /// Returns the magnitude of the value.
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self { value: self.value.abs(), ..self }
     }
 
     /// Returns the lanes in which the value is certainly positive, certainly negative, and
@@ -112,7 +115,10 @@ pub fn decide_with_t<D: Lanes<Scalar = f64>>(
     }
 
     // Is the plane behind the origin, or does it contain the origin?
-    let t = Sum::volume(a, h4, h5);
+    let (normal, products) = (h4.cross_fused(h5), h4.abs().permanents(h5.abs()));
+    let along =
+        |x: Vec3<D>| Sum { value: normal.dot_fused(x), permanent: products.dot_fused(x.abs()) };
+    let t = along(a);
     let [t_over, t_under, t_zero] = t.signs(VOLUME);
     let miss = miss | t_zero | over & t_under | under & t_over;
 
@@ -122,12 +128,10 @@ pub fn decide_with_t<D: Lanes<Scalar = f64>>(
     let inside = sure & u_sure & v_sure & w_sure;
     let closed = sure & (u_sure | u_zero) & (v_sure | v_zero) & (w_sure | w_zero);
 
-    // Test the interval: compare T with its ends times D.
-    let den = Sum {
-        value: (u.value + v.value + w.value).abs(),
-        permanent: u.permanent + v.permanent + w.permanent,
-    };
-    let num = Sum { value: t.value.abs(), permanent: t.permanent };
+    // Test the interval: compare T with its ends times D. D = U + V + W, but the permanents of U, V
+    // and W grow with the distance of the origin, and that of d·(h4 × h5) does not.
+    let den = along(dir);
+    let (num, den) = (t.abs(), den.abs());
     let (from, before) = beyond(&num, &den, t_min);
     let (after, within) = beyond(&num, &den, t_max);
     // The signs have decided that t > 0, so an end at 0 or at infinity needs no comparison, which
@@ -149,8 +153,7 @@ pub fn decide_with_t<D: Lanes<Scalar = f64>>(
 /// large as `den`, there is no upper bound, and the second number is negative or infinite.
 #[inline(always)]
 fn quotient_bounds<D: Lanes<Scalar = f64>>(num: &Sum<D>, den: &Sum<D>) -> [D; 2] {
-    let (num_err, den_err) =
-        (num.permanent * D::splat(VOLUME), den.permanent * D::splat(DENOMINATOR));
+    let (num_err, den_err) = (num.permanent * D::splat(VOLUME), den.permanent * D::splat(VOLUME));
     let lo = (num.value - num_err) / (den.value + den_err);
     let hi = (num.value + num_err) / (den.value - den_err);
     [lo * D::splat(1.0 - WIDER), hi * D::splat(1.0 + WIDER)]

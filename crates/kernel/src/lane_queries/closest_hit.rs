@@ -169,6 +169,10 @@ impl ClosestHit {
         // then, unless another hit is about as far away.
         match pairs.decide(lane) {
             PairDecision::Miss => {}
+            // Without an upper bound on t, no box behind the hit could be left out.
+            PairDecision::Hit { t_hi: f32::INFINITY, .. } if !self.is_hit() => {
+                self.offer_known(pairs.t(lane), new, lane, pairs);
+            }
             PairDecision::Hit { t_lo, t_hi } => {
                 if !self.is_hit() || t_hi < self.t_lo {
                     self.replace((t_lo, t_hi), new);
@@ -411,6 +415,42 @@ mod tests {
             }
             assert_eq!(closest.triangle(), Some(names(1)), "{order:?}");
         }
+    }
+
+    /// A pair for which f64 proves a hit, but no useful bounds on t.
+    struct HitAnywhere(FixedHits);
+
+    impl LanePairs for HitAnywhere {
+        fn resolver(&self) -> Resolver<'_> {
+            self.0.resolver()
+        }
+        fn ray(&self, lane: usize) -> Ray {
+            self.0.ray(lane)
+        }
+        fn triangle(&self, lane: usize) -> Triangle {
+            self.0.triangle(lane)
+        }
+        fn ids(&self, lane: usize) -> (RayId, LeafSlot) {
+            self.0.ids(lane)
+        }
+        fn find(&self, slot: LeafSlot) -> Triangle {
+            self.0.find(slot)
+        }
+        fn decide(&self, _: usize) -> PairDecision {
+            PairDecision::HIT_ANYWHERE
+        }
+        fn t(&self, lane: usize) -> f64 {
+            self.0.t(lane)
+        }
+    }
+
+    /// The traversal leaves out boxes beyond `t_hi`, so the first hit must always bound it.
+    #[test]
+    fn the_first_hit_bounds_t() {
+        let mut closest = ClosestHit::new(f32::INFINITY);
+        let pairs = HitAnywhere(FixedHits(f32::INFINITY, vec![2.0]));
+        closest.offer_undecided(names(0), 0, &pairs);
+        assert_eq!((closest.triangle(), closest.t_hi()), (Some(names(0)), 2.0));
     }
 
     #[test]

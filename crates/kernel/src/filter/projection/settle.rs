@@ -66,6 +66,11 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
             PairDecision::Hit { .. } if self.reversed => {
                 return Settled::Hit { t_lo: 0.0, t_hi: 0.0 };
             }
+            // Without an upper bound on t, no box behind the hit could be left out.
+            PairDecision::Hit { t_hi: f32::INFINITY, .. } => {
+                let (t_lo, t_hi) = f32_bounds(self.resolver.t(one, &triangle, ids));
+                return Settled::Hit { t_lo, t_hi };
+            }
             PairDecision::Hit { t_lo, t_hi } => return Settled::Hit { t_lo, t_hi },
             PairDecision::Undecided => {}
         }
