@@ -2,7 +2,7 @@
 
 use core::cmp::Ordering;
 
-use super::crossing::Side;
+use super::decision::Side;
 use super::float;
 use super::input::{is_finite, is_plain, pair};
 use super::numbers::{Numbers, Pair, Scales};

@@ -37,6 +37,34 @@ fn has_no_subnormal(ray: &[u32; 8], triangle: &[u32; 9]) -> bool {
     subnormal == 0
 }
 
+/// Returns the lanes that satisfy the condition of [`is_plain`]. The last two rows hold the ends of
+/// the intervals.
+#[inline(always)]
+pub(super) fn plain_lanes<S: Scalar>(rows: &[[S; 8]; 17]) -> u32 {
+    let mut odd = [0_u32; 8];
+    if const { is_f64::<S>() } {
+        let rows: &[[u64; 8]; 17] = bytemuck::cast_ref(rows);
+        for row in &rows[..15] {
+            for (odd, x) in odd.iter_mut().zip(row) {
+                *odd |= is_wild(*x);
+            }
+        }
+        for row in &rows[15..] {
+            for (odd, x) in odd.iter_mut().zip(row) {
+                *odd |= is_subnormal64(*x);
+            }
+        }
+    } else {
+        let rows: &[[u32; 8]; 17] = bytemuck::cast_ref(rows);
+        for row in rows {
+            for (odd, x) in odd.iter_mut().zip(row) {
+                *odd |= is_subnormal(*x);
+            }
+        }
+    }
+    (0..8).map(|lane| u32::from(odd[lane] == 0) << lane).sum()
+}
+
 /// `2^-200` and `2^300`: nonzero magnitudes must be between these limits.
 const TAME: [u64; 2] = [(1023 - 200) << 52, (1023 + 300) << 52];
 
@@ -54,22 +82,31 @@ pub(super) fn is_tame_dir<S: Scalar>(dir: [S; 3]) -> bool {
 /// Tests the condition of [`is_plain`] for f64. `docs/numerics/f64.md`, section 3, derives it.
 #[inline(always)]
 fn is_tame(ray: &[u64; 8], triangle: &[u64; 9]) -> bool {
-    let size = |x: u64| x & (u64::MAX >> 1);
-    let wild = |x: u64| {
-        // One comparison covers both limits, because a number below the first wraps around to a
-        // large one.
-        let beyond = size(x).wrapping_sub(TAME[0]) > TAME[1] - TAME[0];
-        u32::from(beyond) & u32::from(size(x) != 0)
-    };
-    let subnormal = |x: u64| u32::from(size(x).wrapping_sub(1) < f64::MIN_POSITIVE.to_bits() - 1);
-    let mut any = wild(triangle[8]) | subnormal(ray[3]) | subnormal(ray[7]);
+    let mut any = is_wild(triangle[8]) | is_subnormal64(ray[3]) | is_subnormal64(ray[7]);
     for i in 0..3 {
-        any |= wild(ray[i]) | wild(ray[4 + i]);
+        any |= is_wild(ray[i]) | is_wild(ray[4 + i]);
     }
     for x in &triangle[..8] {
-        any |= wild(*x);
+        any |= is_wild(*x);
     }
     any == 0
+}
+
+/// Returns 1 if the magnitude of a number is not 0 and not within [`TAME`], otherwise 0.
+#[inline(always)]
+fn is_wild(x: u64) -> u32 {
+    let size = x & (u64::MAX >> 1);
+    // One comparison covers both limits, because a number below the first wraps around to a large
+    // one.
+    let beyond = size.wrapping_sub(TAME[0]) > TAME[1] - TAME[0];
+    u32::from(beyond) & u32::from(size != 0)
+}
+
+/// Returns 1 if a number is subnormal, otherwise 0.
+#[inline(always)]
+fn is_subnormal64(x: u64) -> u32 {
+    let size = x & (u64::MAX >> 1);
+    u32::from(size.wrapping_sub(1) < f64::MIN_POSITIVE.to_bits() - 1)
 }
 
 /// Returns whether the CPU reads subnormal numbers unchanged, which is the default, instead of

@@ -17,6 +17,7 @@ mod along;
 mod area;
 mod closest;
 mod crossing;
+mod decision;
 mod double;
 mod facing;
 mod float;
@@ -49,8 +50,9 @@ pub use area::has_area;
 pub use closest::{
     Closest, Feature, Squares, closer, closer_from, closest, feature, feature_from, squares,
 };
-pub(crate) use crossing::f32_bounds;
-pub use crossing::{PairDecision, Rule, Side, crossing_from, decide_pair, hit_undecided};
+pub use crossing::{crossing_from, hit_undecided};
+pub(crate) use decision::f32_bounds;
+pub use decision::{EightPairs, PairDecision, Rule, Side, decide_pair};
 pub use facing::facing;
 pub use float::{Decided, decide, decide_with_t};
 pub use hit_coefficients::HitCoefficients;

@@ -165,9 +165,22 @@ impl ClosestHit {
         {
             return;
         }
-        // Most other rays pass just beside an edge, which f64 can decide. The exact t is not needed
-        // then, unless another hit is about as far away.
-        match pairs.decide(lane) {
+        self.offer_decided(pairs.decide(lane), new, lane, pairs);
+    }
+
+    /// Offers a lane's pair for which f64 has made this decision.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn offer_decided(
+        &mut self,
+        decision: PairDecision,
+        new: (TriangleId, LeafSlot),
+        lane: usize,
+        pairs: &impl LanePairs,
+    ) {
+        // Most rays pass just beside an edge, which f64 can decide. The exact t is not needed then,
+        // unless another hit is about as far away.
+        match decision {
             PairDecision::Miss => {}
             // Without an upper bound on t, no box behind the hit could be left out.
             PairDecision::Hit { t_hi: f32::INFINITY, .. } if !self.is_hit() => {
@@ -295,9 +308,12 @@ impl ClosestHit {
         names: impl Fn(usize) -> (TriangleId, LeafSlot),
         pairs: &impl LanePairs,
     ) {
+        let decided = DecidedLanes::of(verdicts.lanes & !verdicts.hit, pairs);
         for lane in lanes_of(verdicts.lanes) {
             let new = names(lane);
-            if verdicts.hit >> lane & 1 != 0 {
+            if let Some(decision) = decided.get(lane) {
+                self.offer_decided(decision, new, lane, pairs);
+            } else if verdicts.hit >> lane & 1 != 0 {
                 self.offer_near((verdicts.t_lo[lane], verdicts.t_hi[lane]), new, lane, pairs);
             } else {
                 self.offer_undecided(new, lane, pairs);
@@ -321,6 +337,50 @@ impl ClosestHit {
         }
         let order = if t == self.t { pairs.order(lane, self.slot) } else { Ordering::Equal };
         t < self.t || t == self.t && order.then(triangle.cmp(&self.triangle)).is_lt()
+    }
+}
+
+/// The number of undecided lanes from which it is faster to decide them side by side.
+const SEVERAL: u32 = 3;
+
+/// The decisions that f64 made about some lanes.
+pub(super) struct DecidedLanes {
+    lanes: u32,
+    decisions: [PairDecision; 16],
+}
+
+impl DecidedLanes {
+    /// Decides the pairs in the given lanes side by side, if there are several.
+    #[inline(always)]
+    pub(super) fn of(undecided: u32, pairs: &impl LanePairs) -> Self {
+        let mut decided = Self { lanes: 0, decisions: [PairDecision::Undecided; 16] };
+        if undecided.count_ones() >= SEVERAL {
+            decided.decide(undecided, pairs);
+        }
+        decided
+    }
+
+    /// The function is out of line to keep registers free for the common case.
+    #[cold]
+    #[inline(never)]
+    fn decide(&mut self, undecided: u32, pairs: &impl LanePairs) {
+        self.lanes = undecided;
+        let (mut lanes, mut count) = ([0; 16], 0);
+        for lane in lanes_of(undecided) {
+            lanes[count] = lane;
+            count += 1;
+        }
+        for lanes in lanes[..count].chunks(8) {
+            for (lane, decision) in lanes.iter().zip(pairs.decide_eight(lanes)) {
+                self.decisions[*lane] = decision;
+            }
+        }
+    }
+
+    /// Returns the decision about a lane, if it was one of several.
+    #[inline(always)]
+    pub(super) fn get(&self, lane: usize) -> Option<PairDecision> {
+        (self.lanes >> lane & 1 != 0).then(|| self.decisions[lane])
     }
 }
 

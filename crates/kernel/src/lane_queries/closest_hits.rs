@@ -1,6 +1,6 @@
 //! The closest hits of N rays so far, in lanes.
 
-use super::closest_hit::ClosestHit;
+use super::closest_hit::{ClosestHit, DecidedLanes};
 use super::lane_pairs::LanePairs;
 use crate::document::Tri;
 use crate::exact;
@@ -196,9 +196,18 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         self.known &= !wins.bits();
 
         // Process the other lanes one by one.
-        for lane in lanes_of(verdicts.lanes() & !wins.bits()) {
+        let others = verdicts.lanes() & !wins.bits();
+        if others == 0 {
+            return;
+        }
+        let decided = DecidedLanes::of(verdicts.undecided, pairs);
+        for lane in lanes_of(others) {
             let mut closest = self.lane(lane);
-            closest.offer_lane(verdicts, (triangle, slot), lane, pairs);
+            if let Some(decision) = decided.get(lane) {
+                closest.offer_decided(decision, (triangle, slot), lane, pairs);
+            } else {
+                closest.offer_lane(verdicts, (triangle, slot), lane, pairs);
+            }
             self.set(lane, &closest);
         }
     }

@@ -27,6 +27,17 @@ pub(crate) trait LanePairs {
         self.resolver().decide(&self.ray(lane), &self.triangle(lane), self.ids(lane))
     }
 
+    /// Decides the pairs in up to eight lanes in f64, side by side.
+    #[inline(always)]
+    fn decide_eight(&self, lanes: &[usize]) -> [PairDecision; 8] {
+        let mut ids = [(RayId(0), LeafSlot(0)); 8];
+        for (ids, lane) in ids.iter_mut().zip(lanes) {
+            *ids = self.ids(*lane);
+        }
+        let pairs = lanes.iter().map(|&lane| (self.ray(lane), self.triangle(lane)));
+        self.resolver().decide_eight(pairs, &ids[..lanes.len()])
+    }
+
     /// Returns the t of a lane's pair if it is a hit.
     #[inline(always)]
     fn hit(&self, lane: usize) -> Option<f64> {

@@ -20,9 +20,9 @@ pub use shared_origin::SharedOrigin;
 
 use core::cmp::Ordering;
 
-use crate::exact::{PairDecision, Rule, Side};
+use crate::exact::{EightPairs, PairDecision, Rule, Side};
 use crate::hit_attributes::Pairs;
-use crate::simd::Simd;
+use crate::simd::{Level, Simd};
 use crate::{Hit, Hit32, LeafSlot, Ray, RayId, Triangle, TriangleId, document};
 
 /// Decides the pairs that the filter leaves undecided, one at a time.
@@ -82,6 +82,28 @@ impl<'a> Resolver<'a> {
             Self::Document(_) => PairDecision::Undecided,
             Self::Exact(rule) => crate::exact::decide_pair(rule, ray, triangle),
             Self::Originals(originals) => originals.decide(id, slot),
+        }
+    }
+
+    /// Makes the same decisions as [`Resolver::decide`] for up to eight pairs side by side, which is
+    /// faster than deciding three or more of them one by one.
+    #[cold]
+    #[inline(never)]
+    pub fn decide_eight(
+        self,
+        pairs: impl Iterator<Item = (Ray, Triangle)>,
+        ids: &[(RayId, LeafSlot)],
+    ) -> [PairDecision; 8] {
+        match self {
+            Self::Document(_) => [PairDecision::Undecided; 8],
+            Self::Exact(rule) => {
+                let mut eight = EightPairs::new();
+                for (lane, (ray, triangle)) in pairs.take(8).enumerate() {
+                    eight.set(lane, &ray, &triangle);
+                }
+                eight.decide(Level::best(), rule)
+            }
+            Self::Originals(originals) => originals.decide_eight(ids),
         }
     }
 

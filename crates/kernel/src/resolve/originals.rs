@@ -17,6 +17,9 @@ pub trait Originals: fmt::Debug + Sync {
     /// traversal.
     fn decide(&self, ray: RayId, slot: LeafSlot) -> PairDecision;
 
+    /// Like [`Originals::decide`], but for up to eight pairs. The other elements are meaningless.
+    fn decide_eight(&self, pairs: &[(RayId, LeafSlot)]) -> [PairDecision; 8];
+
     /// Returns whether the ray hits the triangle within its interval, for a pair that
     /// [`Originals::decide`] has left undecided.
     fn meets_undecided(&self, ray: RayId, slot: LeafSlot) -> bool;

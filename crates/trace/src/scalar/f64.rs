@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::slice::from_ref;
 
 use bytemuck::Zeroable;
-use intertri::internal::exact::{self, HitCoefficients, PairDecision, SeenPlane, Side};
+use intertri::internal::exact::{self, EightPairs, HitCoefficients, PairDecision, SeenPlane, Side};
 use intertri::internal::{LocalFrame, Originals, Room, prefetch};
 use intertri::simd::{Level, Simd, Vec3, WithSimd};
 use intertri::{
@@ -328,18 +328,37 @@ impl<'a> CopiedRays<'a> {
     fn pair(&self, ray: RayId, slot: LeafSlot) -> (&Ray64, &Triangle64) {
         (&self.rays[ray.0 as usize], self.originals.triangle(slot))
     }
-}
 
-impl Originals for CopiedRays<'_> {
-    fn decide(&self, ray: RayId, slot: LeafSlot) -> PairDecision {
-        let (ray, triangle) = self.pair(ray, slot);
-        match exact::decide_pair(self.rule, ray, triangle) {
+    /// Converts the bounds on t to units of the ray's copy.
+    #[inline]
+    fn in_units_of_copy(&self, ray: &Ray64, decision: PairDecision) -> PairDecision {
+        match decision {
             // The copy's t is scaled, so the bounds do not apply. This is rare.
             PairDecision::Hit { .. } if self.originals.frame.exponent(ray) != 0 => {
                 PairDecision::HIT_ANYWHERE
             }
             decision => decision,
         }
+    }
+}
+
+impl Originals for CopiedRays<'_> {
+    fn decide(&self, ray: RayId, slot: LeafSlot) -> PairDecision {
+        let (ray, triangle) = self.pair(ray, slot);
+        self.in_units_of_copy(ray, exact::decide_pair(self.rule, ray, triangle))
+    }
+
+    fn decide_eight(&self, pairs: &[(RayId, LeafSlot)]) -> [PairDecision; 8] {
+        let mut eight = EightPairs::new();
+        for (lane, &(ray, slot)) in pairs.iter().enumerate() {
+            let (ray, triangle) = self.pair(ray, slot);
+            eight.set(lane, ray, triangle);
+        }
+        let mut decisions = eight.decide(self.level, self.rule);
+        for (decision, &(ray, slot)) in decisions.iter_mut().zip(pairs) {
+            *decision = self.in_units_of_copy(self.pair(ray, slot).0, *decision);
+        }
+        decisions
     }
 
     fn meets_undecided(&self, ray: RayId, slot: LeafSlot) -> bool {
