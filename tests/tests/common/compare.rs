@@ -5,9 +5,10 @@
 use core::cmp::Ordering;
 
 use intertri::internal::exact::{
-    self, Side, Tier, attributes, attributes_from, attributes32, crossing_from, order,
-    order_across_axis, order_from, t, t_from,
+    self, EightPairs, PairDecision, Side, Tier, attributes, attributes_from, attributes32,
+    crossing_from, order, order_across_axis, order_from, t, t_from,
 };
+use intertri::simd::Level;
 use intertri::{RayOf, Rule, Scalar, TriangleOf};
 use intertri_lab::rng::Rng;
 use intertri_tests::oracle::{self, Truth, truth};
@@ -45,6 +46,7 @@ struct Counts {
     equal: usize,
     ordered: usize,
     walls: usize,
+    eight: usize,
 }
 
 impl Counts {
@@ -57,6 +59,7 @@ impl Counts {
         self.equal += more.equal;
         self.ordered += more.ordered;
         self.walls += more.walls;
+        self.eight += more.eight;
     }
 }
 
@@ -85,8 +88,36 @@ fn check<S: Scalar>(ray: &RayOf<S>, case: &Case<S>, all: bool, counts: &mut Coun
         assert_eq!(of(Rule::Closed).is_some(), is_hit, "{tier:?} {ray:?} {triangle:?}");
         assert_eq!(of(Rule::Once), crossing, "{tier:?} {ray:?} {triangle:?}");
     }
+    check_eight((ray, triangle), truth, [is_hit, crossing.is_some()], counts);
     counts.hits += usize::from(is_hit);
     counts.crossings += usize::from(crossing.is_some());
+}
+
+/// Checks what is decided about eight pairs side by side, under both rules and at every level.
+fn check_eight<S: Scalar>(
+    (ray, triangle): (&RayOf<S>, &TriangleOf<S>),
+    truth: Option<&Truth>,
+    hits: [bool; 2],
+    counts: &mut Counts,
+) {
+    let mut eight = EightPairs::new();
+    (0..8).for_each(|lane| eight.set(lane, ray, triangle));
+    for (rule, hit) in [Rule::Closed, Rule::Once].into_iter().zip(hits) {
+        for level in Level::all() {
+            let decisions = eight.decide(level, rule);
+            assert!(decisions.iter().all(|other| *other == decisions[0]), "{decisions:?}");
+            counts.eight += usize::from(decisions[0] != PairDecision::Undecided);
+            match decisions[0] {
+                PairDecision::Undecided => {}
+                PairDecision::Miss => assert!(!hit, "{rule:?} {ray:?} {triangle:?}"),
+                PairDecision::Hit { t_lo, t_hi, .. } => {
+                    let t = truth.filter(|_| hit).map(Truth::t_f64);
+                    let is_within = |t| f64::from(t_lo) <= t && t <= f64::from(t_hi);
+                    assert!(t.is_some_and(is_within), "{rule:?} {t:?} {ray:?} {triangle:?}");
+                }
+            }
+        }
+    }
 }
 
 /// Checks intervals that begin or end at t or at a neighbour of t.
@@ -235,9 +266,16 @@ impl<S: Float> Cases<S> {
         let all = self.run_on_all(pairs, 1, 1);
         println!("{all:#?}");
         for kinds in all {
-            let Counts { hits, crossings, ends, rounded, equal, ordered, walls, .. } = sum(&kinds);
-            let least =
-                hits.min(crossings).min(ends).min(rounded).min(equal).min(ordered).min(walls);
+            let Counts { hits, crossings, ends, rounded, equal, ordered, walls, eight, .. } =
+                sum(&kinds);
+            let least = hits
+                .min(crossings)
+                .min(ends)
+                .min(rounded)
+                .min(equal)
+                .min(ordered)
+                .min(walls)
+                .min(eight);
             assert!(least > 100);
         }
     }

@@ -1,9 +1,10 @@
 //! What f64 decides about rays and triangles before integers are needed: for one pair, or for up to
 //! eight pairs side by side.
 
-use super::float::{self, Decided};
+use super::float::{self, Decided, Signs};
 use super::input::{is_plain, plain_lanes};
 use super::tier::is_f64;
+use super::wrapping;
 use crate::packet::RayLanes;
 use crate::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd};
 use crate::{RayOf, Scalar, TriangleOf};
@@ -65,7 +66,7 @@ pub(super) fn in_float<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &Triangl
         return InFloat::Miss;
     }
     let corners = triangle.0.map(|corner| Vec3::<f64>::splat(corner.map(Into::into)));
-    let (Decided { miss, closed, inside, leaves }, t) =
+    let (Decided { miss, closed, inside, leaves, .. }, t) =
         float::decide_with_t(corners, &RayLanes::of_ray(ray));
     if miss {
         return InFloat::Miss;
@@ -90,6 +91,9 @@ pub enum PairDecision {
         t_lo: f32,
         /// The upper bound on t.
         t_hi: f32,
+        /// The edges on which the ray is known to meet the triangle: bit i stands for the edge
+        /// opposite corner i + 1.
+        edges: u8,
     },
     /// The error bound decides nothing.
     Undecided,
@@ -97,18 +101,18 @@ pub enum PairDecision {
 
 impl PairDecision {
     /// A hit whose t has no bounds.
-    pub const HIT_ANYWHERE: Self = Self::Hit { t_lo: 0.0, t_hi: f32::INFINITY };
+    pub const HIT_ANYWHERE: Self = Self::Hit { t_lo: 0.0, t_hi: f32::INFINITY, edges: 0 };
 
     /// A hit whose t has these bounds, as computed by [`float::decide_with_t`].
     #[inline(always)]
-    fn hit_within(lo: f64, hi: f64) -> Self {
+    fn hit_within(lo: f64, hi: f64, edges: u8) -> Self {
         // If the error of D can exceed D, `hi` is infinite or negative. Bounds that are far apart
         // would not help, and f32 bounds near the limits of f32 may overflow or become 0.
         let are_close = hi >= lo && hi - lo <= lo * CLOSE;
         if !(are_close && lo >= LIMITS[0] && hi <= LIMITS[1]) {
             return Self::HIT_ANYWHERE;
         }
-        Self::Hit { t_lo: f32_bounds(lo).0, t_hi: f32_bounds(hi).1 }
+        Self::Hit { t_lo: f32_bounds(lo).0, t_hi: f32_bounds(hi).1, edges }
     }
 }
 
@@ -122,7 +126,7 @@ pub fn decide_pair<S: Scalar>(
     match in_float(rule, ray, triangle) {
         InFloat::Miss => PairDecision::Miss,
         InFloat::Undecided { .. } => PairDecision::Undecided,
-        InFloat::Hit(_, [lo, hi]) => PairDecision::hit_within(lo, hi),
+        InFloat::Hit(_, [lo, hi]) => PairDecision::hit_within(lo, hi, 0),
     }
 }
 
@@ -180,6 +184,26 @@ impl<X: Scalar> EightPairs<X> {
         level.run(DecideEight { pairs: self, rule })
     }
 
+    /// Returns the signs that integers find, given bounds on the errors of f64.
+    #[inline(always)]
+    fn wrapped_signs<S: Simd>(&self, bounds: [S::F64x8; 4]) -> Signs<<S::F64x8 as Lanes>::Mask> {
+        let (mut rows, mut errors) = ([[0.0; 8]; 15], [[0.0; 8]; 4]);
+        for (i, row) in rows.iter_mut().enumerate() {
+            self.row::<S::F64x8>(i).store(row);
+        }
+        for (errors, bound) in errors.iter_mut().zip(bounds) {
+            bound.store(errors);
+        }
+        let signs = wrapping::signs::<S>(&rows, &errors);
+        let mut volumes = [[<S::F64x8 as Lanes>::Mask::from_bits(0); 3]; 4];
+        for (masks, bits) in volumes.iter_mut().zip(signs) {
+            for (mask, bits) in masks.iter_mut().zip(bits) {
+                *mask = Mask::from_bits(bits);
+            }
+        }
+        Signs { volumes }
+    }
+
     /// Loads three rows.
     #[inline(always)]
     fn vec3<D: Lanes<Scalar = f64>>(&self, first: usize) -> Vec3<D> {
@@ -211,22 +235,32 @@ impl<X: Scalar> WithSimd for DecideEight<'_, X> {
         let corners = [pairs.vec3::<S::F64x8>(0), pairs.vec3(3), pairs.vec3(6)];
         let (org, dir) = (pairs.vec3(9), pairs.vec3(12));
         let rays = RayLanes { org, dir, t_min: pairs.row(15), t_max: pairs.row(16) };
-        let (decided, [lo, hi]) = float::decide_with_t(corners, &rays);
-
-        // Neither verdict is valid for a lane that is not plain.
+        // No verdict is valid for a lane that is not plain.
         let plain = plain_lanes(&pairs.rows);
+        let (decided, [lo, hi]) = float::decide_refined(
+            corners,
+            &rays,
+            #[inline(always)]
+            |open, bounds| {
+                if open & plain == 0 { None } else { Some(pairs.wrapped_signs::<S>(bounds)) }
+            },
+        );
         let miss = (decided.miss | run_along(dir, corners)).bits() & plain;
         let hit = if rule == Rule::Closed { decided.closed } else { decided.inside };
         let hit = hit.bits() & plain & !miss;
         let (mut t_lo, mut t_hi) = ([0.0; 8], [0.0; 8]);
         lo.store(&mut t_lo);
         hi.store(&mut t_hi);
+        let [u, v, w] = decided.edges;
+        let edges = [u.bits(), v.bits(), w.bits()];
         let mut decisions = [PairDecision::Undecided; 8];
         for (lane, decision) in decisions.iter_mut().enumerate() {
             if miss >> lane & 1 != 0 {
                 *decision = PairDecision::Miss;
             } else if hit >> lane & 1 != 0 {
-                *decision = PairDecision::hit_within(t_lo[lane], t_hi[lane]);
+                let on = |i: usize| (edges[i] >> lane & 1) << i;
+                let edges = (on(0) | on(1) | on(2)) as u8;
+                *decision = PairDecision::hit_within(t_lo[lane], t_hi[lane], edges);
             }
         }
         decisions
@@ -236,11 +270,11 @@ impl<X: Scalar> WithSimd for DecideEight<'_, X> {
 /// Like [`runs_along`], in lanes.
 #[inline(always)]
 fn run_along<D: Lanes<Scalar = f64>>(dir: Vec3<D>, [a, b, c]: [Vec3<D>; 3]) -> D::Mask {
-    let along = |d: D, a: D, b: D, c: D| {
-        let zero = d.abs().le(D::splat(0.0));
-        zero & a.le(b) & b.le(c) & c.le(a)
-    };
-    along(dir.x, a.x, b.x, c.x) | along(dir.y, a.y, b.y, c.y) | along(dir.z, a.z, b.z, c.z)
+    let zero = D::splat(0.0);
+    let x = dir.x.abs().le(zero) & a.x.le(b.x) & b.x.le(c.x) & c.x.le(a.x);
+    let y = dir.y.abs().le(zero) & a.y.le(b.y) & b.y.le(c.y) & c.y.le(a.y);
+    let z = dir.z.abs().le(zero) & a.z.le(b.z) & b.z.le(c.z) & c.z.le(a.z);
+    x | y | z
 }
 
 /// The largest relative difference between the bounds on t that are worth keeping: 2^-24.
@@ -272,22 +306,30 @@ fn runs_along<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
 mod tests {
     use super::{EightPairs, InFloat, PairDecision, decide_pair, f32_bounds, in_float};
     use crate::exact::test_numbers::random;
-    use crate::exact::{Rule, Tier, t_from};
+    use crate::exact::tier::is_f64;
+    use crate::exact::{Rule, Tier, attributes_from, crossing_from, t_from};
     use crate::simd::Level;
     use crate::{Mode, Ray, Ray64, RayOf, Scalar, Triangle, TriangleOf};
 
-    /// Compares eight pairs side by side with the same pairs one by one, at every level: rays toward
-    /// edges, corners, and the interior, rays along axes, and numbers that are not plain.
-    fn eight_agree<X: Scalar>(odd: &[X]) {
-        let (mut random, mut counts) = (random(), [0; 3]);
+    /// Compares eight pairs side by side with integers of any width, at every level: rays toward
+    /// edges, corners, and the interior, rays along axes, intervals, and numbers that are not plain.
+    /// Coordinates are multiples of `step`, so that many rays meet edges exactly.
+    fn eight_are_right<X: Scalar>(step: f64, odd: &[X]) {
+        let (mut random, mut counts) = (random(), [0; 4]);
         for i in 0..20_000 {
             let (mut pairs, mut each) = (EightPairs::new(), Vec::new());
             for lane in 0..i % 9 {
-                let mut vec3 = || [0; 3].map(|_| X::nearest((8.0 * random()).round() + random()));
+                let mut vec3 =
+                    || [0; 3].map(|_| X::nearest((16.0 * random() / step).round() * step));
                 let corners = [vec3(), vec3(), vec3()];
                 let (origin, mut dir) = (vec3(), vec3());
                 let [x, y]: [f64; 2] = [random(), random()];
-                let [p, q] = if lane % 2 == 0 { [x + 0.5, 0.0] } else { [0.5 * x, 0.5 * y] };
+                let [p, q] = match lane % 4 {
+                    0 => [0.5, 0.0],
+                    1 => [1.0, 0.0],
+                    2 => [x + 0.5, 0.0],
+                    _ => [0.5 * x, 0.5 * y],
+                };
                 for k in 0..3 {
                     let [a, b, c, o] = [corners[0][k], corners[1][k], corners[2][k], origin[k]];
                     let [a, b, c, o]: [f64; 4] = [a.into(), b.into(), c.into(), o.into()];
@@ -295,52 +337,70 @@ mod tests {
                 }
                 let mut ray = RayOf { origin, t_min: X::ZERO, dir, t_max: X::INFINITY };
                 let mut triangle = TriangleOf(corners);
-                match (i + lane) % 7 {
+                match (i + lane) % 8 {
                     0 => ray.t_max = X::ONE,
-                    1 => {
+                    1 => ray.t_min = X::ONE,
+                    2 => {
                         ray.dir[i % 3] = X::ZERO;
                         (0..3).for_each(|corner| triangle.0[corner][i % 3] = ray.origin[i % 3]);
                     }
-                    2 => triangle.0[i % 3][lane % 3] = odd[i % odd.len()],
-                    3 => ray.dir[lane % 3] = odd[i % odd.len()],
+                    3 => triangle.0[i % 3][lane % 3] = odd[i % odd.len()],
+                    4 => ray.dir[lane % 3] = odd[i % odd.len()],
                     _ => {}
                 }
                 pairs.set(lane, &ray, &triangle);
                 each.push((ray, triangle));
             }
             for rule in [Rule::Closed, Rule::Once] {
+                let truth: Vec<bool> = (each.iter())
+                    .map(|(ray, triangle)| {
+                        crossing_from(Tier::Narrow, rule, ray, triangle).is_some()
+                    })
+                    .collect();
                 for level in Level::all() {
                     let decisions = pairs.decide(level, rule);
-                    for (decision, (ray, triangle)) in decisions.iter().zip(&each) {
-                        let alone = decide_pair(rule, ray, triangle);
-                        // Fused operations decide a few more pairs than others, and their bounds
-                        // differ.
-                        let same = match (decision, alone) {
-                            (PairDecision::Undecided, _) | (_, PairDecision::Undecided) => true,
-                            (PairDecision::Miss, alone) => alone == PairDecision::Miss,
-                            (
-                                PairDecision::Hit { t_lo, t_hi },
-                                PairDecision::Hit { t_lo: lo, t_hi: hi },
-                            ) => *t_lo <= hi && lo <= *t_hi,
-                            (PairDecision::Hit { .. }, PairDecision::Miss) => false,
+                    for (lane, (ray, triangle)) in each.iter().enumerate() {
+                        let hit = match decisions[lane] {
+                            PairDecision::Undecided => {
+                                counts[0] += 1;
+                                continue;
+                            }
+                            PairDecision::Miss => false,
+                            PairDecision::Hit { t_lo, t_hi, edges } => {
+                                let t = t_from(Tier::Narrow, ray, triangle);
+                                assert!(f64::from(t_lo) <= t && t <= f64::from(t_hi), "{ray:?}");
+                                counts[2] += u32::from(edges != 0);
+                                check_edges(edges, ray, triangle);
+                                true
+                            }
                         };
-                        assert!(same, "{decision:?}, {alone:?}: {ray:?} {triangle:?}");
-                        counts[match decision {
-                            PairDecision::Miss => 0,
-                            PairDecision::Hit { .. } => 1,
-                            PairDecision::Undecided => 2,
-                        }] += 1;
+                        counts[if hit { 1 } else { 3 }] += 1;
+                        assert_eq!(hit, truth[lane], "{rule:?} {ray:?} {triangle:?}");
                     }
                 }
             }
         }
-        assert!(counts.iter().all(|count| *count > 20_000), "{counts:?}");
+        // f64 numbers with many digits have volumes with more than 64 bits, which stay undecided.
+        let [undecided, hits, on_edges, misses] = counts;
+        assert!(undecided > 3000 && hits > 3000 && misses > 3000, "{counts:?}");
+        assert!(on_edges > 3000 || is_f64::<X>() && step == 1e-7, "{counts:?}");
+    }
+
+    /// The weights of the corners opposite the edges must be 0.
+    fn check_edges<X: Scalar>(edges: u8, ray: &RayOf<X>, triangle: &TriangleOf<X>) {
+        let (_, u, v) = attributes_from(Tier::Narrow, ray, triangle);
+        assert!(edges >> 1 & 1 == 0 || u == 0.0, "{ray:?} {triangle:?}");
+        assert!(edges >> 2 & 1 == 0 || v == 0.0, "{ray:?} {triangle:?}");
+        // Both weights are rounded, so their sum need not be 1 exactly.
+        assert!(edges & 1 == 0 || (u + v - 1.0).abs() < 1e-15, "{ray:?} {triangle:?}");
     }
 
     #[test]
-    fn eight_pairs_agree_with_each() {
-        eight_agree(&[1e-45_f32, -1e-40, f32::NAN, f32::INFINITY, -0.0]);
-        eight_agree(&[1e-310_f64, 1e-250, 1e200, f64::NAN, f64::NEG_INFINITY, -0.0]);
+    fn eight_pairs_side_by_side_are_right() {
+        for step in [1.0, 0.015_625, 1e-7] {
+            eight_are_right(step, &[1e-45_f32, -1e-40, f32::NAN, f32::INFINITY, -0.0]);
+            eight_are_right(step, &[1e-310_f64, 1e-250, 1e200, f64::NAN, f64::NEG_INFINITY, -0.0]);
+        }
     }
 
     #[test]
@@ -358,7 +418,7 @@ mod tests {
         let InFloat::Hit(_, [lo, hi]) = in_float(Rule::Closed, ray, triangle) else { return None };
         let t = t_from(Tier::Narrow, ray, triangle);
         assert!(lo <= t && (t <= hi || hi < 0.0), "{ray:?} {triangle:?}: {lo} {t} {hi}");
-        if let PairDecision::Hit { t_lo, t_hi } = decide_pair(Rule::Closed, ray, triangle) {
+        if let PairDecision::Hit { t_lo, t_hi, .. } = decide_pair(Rule::Closed, ray, triangle) {
             assert!(f64::from(t_lo) <= t && t <= f64::from(t_hi), "{ray:?} {triangle:?}");
             assert!(t_hi <= t_lo.next_up().next_up() || t_hi == f32::INFINITY);
         }
@@ -418,6 +478,8 @@ mod tests {
             }
         }
         assert!(0 < unbounded && unbounded < hits, "{unbounded} of {hits} hits");
+        // If the error of D exceeds D, the upper bound is negative.
+        assert_eq!(PairDecision::hit_within(1.0, -5.0, 0), PairDecision::HIT_ANYWHERE);
     }
 
     /// Tests random rays, then changes the worst of them step by step to come closer to the bounds.

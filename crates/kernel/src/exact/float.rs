@@ -40,6 +40,53 @@ pub struct Decided<M> {
     pub inside: M,
     /// Whether T is positive, for hits.
     pub leaves: M,
+    /// For hits, whether the ray certainly meets the line of the edge opposite each corner.
+    pub edges: [M; 3],
+}
+
+/// The lanes in which each volume is certainly positive, certainly negative, and certainly 0.
+#[derive(Clone, Copy)]
+pub(super) struct Signs<M> {
+    /// The signs of U, V, W, and T.
+    pub(super) volumes: [[M; 3]; 4],
+}
+
+impl<M: Mask> Signs<M> {
+    /// Adds signs for the volumes whose signs were not known.
+    #[inline(always)]
+    fn or(&self, more: &Self) -> Self {
+        let mut all = *self;
+        for (known, more) in all.volumes.iter_mut().zip(&more.volumes) {
+            let open = !(known[0] | known[1] | known[2]);
+            for (known, more) in known.iter_mut().zip(more) {
+                *known = *known | open & *more;
+            }
+        }
+        all
+    }
+
+    /// Makes every decision that the signs allow, given the lanes whose t is certainly inside and
+    /// certainly outside the interval, for hits.
+    #[inline(always)]
+    fn decide(&self, [within, out]: [M; 2]) -> Decided<M> {
+        let [u, v, w, t] = self.volumes;
+        let (over, under) = (u[0] | v[0] | w[0], u[1] | v[1] | w[1]);
+        // Is the plane behind the origin, or does it contain the origin?
+        let miss = over & under | t[2] | over & t[1] | under & t[0];
+        // Is the point inside all edges, or on one of them?
+        let sure = (over & t[0] | under & t[1]) & !miss;
+        let (u_sure, v_sure, w_sure) = (u[0] | u[1], v[0] | v[1], w[0] | w[1]);
+        let inside = sure & u_sure & v_sure & w_sure;
+        let closed = sure & (u_sure | u[2]) & (v_sure | v[2]) & (w_sure | w[2]);
+        let range = within & !out;
+        Decided {
+            miss: miss | closed & out,
+            closed: closed & range,
+            inside: inside & range,
+            leaves: t[0],
+            edges: [u[2], v[2], w[2]],
+        }
+    }
 }
 
 /// A value, and the sum of the magnitudes of all products that make it up.
@@ -59,6 +106,12 @@ impl<D: Lanes<Scalar = f64>> Sum<D> {
         Self { value: y.cross_fused(z).dot_fused(x), permanent }
     }
 
+    /// Returns a bound on the error of the value, given the bound relative to the permanent.
+    #[inline(always)]
+    fn error(&self, bound: f64) -> D {
+        self.permanent * D::splat(bound)
+    }
+
     /// Returns the magnitude of the value.
     #[inline(always)]
     fn abs(self) -> Self {
@@ -69,7 +122,7 @@ impl<D: Lanes<Scalar = f64>> Sum<D> {
     /// certainly 0.
     #[inline(always)]
     fn signs(&self, bound: f64) -> [D::Mask; 3] {
-        let bound = self.permanent * D::splat(bound);
+        let bound = self.error(bound);
         // Nothing underflows here, so if a permanent is 0, every product has a factor that is
         // exactly 0.
         let nothing = self.permanent.le(D::splat(0.0));
@@ -92,8 +145,20 @@ pub fn decide<D: Lanes<Scalar = f64>>(
 /// only if no quotient underflows or overflows.
 #[inline(always)]
 pub fn decide_with_t<D: Lanes<Scalar = f64>>(
+    corners: [Vec3<D>; 3],
+    rays: &RayLanes<D>,
+) -> (Decided<D::Mask>, [D; 2]) {
+    decide_refined(corners, rays, |_, _| None)
+}
+
+/// Like [`decide_with_t`], but `refine` is asked for further signs. It receives the lanes that are
+/// still undecided, and bounds on the errors of U, V, W, and T: a volume whose sign is not known is
+/// at most twice its bound.
+#[inline(always)]
+pub(super) fn decide_refined<D: Lanes<Scalar = f64>>(
     [c1, c2, c3]: [Vec3<D>; 3],
     rays: &RayLanes<D>,
+    refine: impl FnOnce(u32, [D; 4]) -> Option<Signs<D::Mask>>,
 ) -> (Decided<D::Mask>, [D; 2]) {
     let (org, dir, t_min, t_max) = (rays.org, rays.dir, rays.t_min, rays.t_max);
     let (a, b) = (c1 - org, c2 - org);
@@ -103,49 +168,38 @@ pub fn decide_with_t<D: Lanes<Scalar = f64>>(
     let u = Sum::volume(h6, dir, b);
     let v = Sum::volume(h5, a, dir);
     let w = Sum::volume(h4, dir, a);
-    let ([u_over, u_under, u_zero], [v_over, v_under, v_zero], [w_over, w_under, w_zero]) =
-        (u.signs(EDGE), v.signs(EDGE), w.signs(EDGE));
-    let (over, under) = (u_over | v_over | w_over, u_under | v_under | w_under);
-    let miss = over & under;
+    let (u_signs, v_signs, w_signs) = (u.signs(EDGE), v.signs(EDGE), w.signs(EDGE));
+    let over = u_signs[0] | v_signs[0] | w_signs[0];
+    let miss = over & (u_signs[1] | v_signs[1] | w_signs[1]);
     let none = D::Mask::from_bits(0);
     // Few lanes get this far, so T and the interval are only computed if at least one does.
     if !(!miss).any() {
-        let decided = Decided { miss, closed: none, inside: none, leaves: none };
+        let decided = Decided { miss, closed: none, inside: none, leaves: none, edges: [none; 3] };
         return (decided, [D::splat(0.0); 2]);
     }
 
-    // Is the plane behind the origin, or does it contain the origin?
+    // D = U + V + W, but the permanents of U, V and W grow with the distance of the origin, and that
+    // of d·(h4 × h5) does not.
     let (normal, products) = (h4.cross_fused(h5), h4.abs().permanents(h5.abs()));
-    let along =
-        |x: Vec3<D>| Sum { value: normal.dot_fused(x), permanent: products.dot_fused(x.abs()) };
-    let t = along(a);
-    let [t_over, t_under, t_zero] = t.signs(VOLUME);
-    let miss = miss | t_zero | over & t_under | under & t_over;
+    let t = Sum { value: normal.dot_fused(a), permanent: products.dot_fused(a.abs()) };
+    let den = Sum { value: normal.dot_fused(dir), permanent: products.dot_fused(dir.abs()) };
 
-    // Is the point inside all edges, or on one of them?
-    let sure = (over & t_over | under & t_under) & !miss;
-    let (u_sure, v_sure, w_sure) = (u_over | u_under, v_over | v_under, w_over | w_under);
-    let inside = sure & u_sure & v_sure & w_sure;
-    let closed = sure & (u_sure | u_zero) & (v_sure | v_zero) & (w_sure | w_zero);
-
-    // Test the interval: compare T with its ends times D. D = U + V + W, but the permanents of U, V
-    // and W grow with the distance of the origin, and that of d·(h4 × h5) does not.
-    let den = along(dir);
+    // Test the interval: compare T with its ends times D.
     let (num, den) = (t.abs(), den.abs());
     let (from, before) = beyond(&num, &den, t_min);
     let (after, within) = beyond(&num, &den, t_max);
-    // The signs have decided that t > 0, so an end at 0 or at infinity needs no comparison, which
-    // might be undecided.
+    // For hits, t > 0, so an end at 0 or at infinity needs no comparison, which might be undecided.
     let from = from | t_min.le(D::splat(0.0));
     let within = within | t_max.ge(D::splat(f64::INFINITY));
     let out = (before & !t_min.le(D::splat(0.0))) | after;
-    let range = from & within & !out;
-    let decided = Decided {
-        miss: miss | closed & out,
-        closed: closed & range,
-        inside: inside & range,
-        leaves: t_over,
-    };
+    let range = [from & within, out];
+
+    let signs = Signs { volumes: [u_signs, v_signs, w_signs, t.signs(VOLUME)] };
+    let mut decided = signs.decide(range);
+    let bounds = [u.error(EDGE), v.error(EDGE), w.error(EDGE), t.error(VOLUME)];
+    if let Some(more) = refine((!(decided.miss | decided.closed)).bits(), bounds) {
+        decided = signs.or(&more).decide(range);
+    }
     (decided, quotient_bounds(&num, &den))
 }
 
@@ -153,7 +207,7 @@ pub fn decide_with_t<D: Lanes<Scalar = f64>>(
 /// large as `den`, there is no upper bound, and the second number is negative or infinite.
 #[inline(always)]
 fn quotient_bounds<D: Lanes<Scalar = f64>>(num: &Sum<D>, den: &Sum<D>) -> [D; 2] {
-    let (num_err, den_err) = (num.permanent * D::splat(VOLUME), den.permanent * D::splat(VOLUME));
+    let (num_err, den_err) = (num.error(VOLUME), den.error(VOLUME));
     let lo = (num.value - num_err) / (den.value + den_err);
     let hi = (num.value + num_err) / (den.value - den_err);
     [lo * D::splat(1.0 - WIDER), hi * D::splat(1.0 + WIDER)]

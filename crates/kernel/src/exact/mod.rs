@@ -43,6 +43,7 @@ mod tails;
 #[cfg(test)]
 mod test_numbers;
 mod tier;
+mod wrapping;
 
 pub(crate) use along::t_times_from;
 pub use along::{attributes_from, attributes32, order_from, t_from};
@@ -97,6 +98,15 @@ pub fn known_order<S: Scalar>(
     // Coplanar walls and floors are common, and a ray often meets two neighbours at a shared edge.
     order_across_axis(ray, one, other)
         .or_else(|| shared_edge::is_met(ray, one, other).then_some(Ordering::Equal))
+}
+
+/// Returns whether a ray meets two triangles at a corner or an edge that they share, as far as the
+/// edges tell on which it is known to meet each of them ([`PairDecision::Hit`]).
+pub fn meets_same_feature<S: Scalar>(
+    one: (&TriangleOf<S>, u8),
+    other: (&TriangleOf<S>, u8),
+) -> bool {
+    shared_edge::is_same_feature(one, other)
 }
 
 /// Returns the correctly rounded t of a triangle whose plane the ray's line meets in exactly one

@@ -7,6 +7,7 @@ use core::cmp::Ordering;
 use super::lane_pairs::LanePairs;
 use crate::exact::{PairDecision, f32_bounds};
 use crate::filter::Verdicts;
+use crate::resolve::SEVERAL;
 use crate::simd::{Lanes, Mask, lanes_of};
 use crate::{LeafSlot, TriangleId};
 
@@ -32,6 +33,8 @@ pub struct ClosestHit {
     /// [`TriangleId::NONE`] before the first hit.
     pub(super) triangle: TriangleId,
     pub(super) slot: LeafSlot,
+    /// The edges on which the ray is known to meet the triangle ([`PairDecision::Hit`]).
+    pub(super) edges: u8,
 }
 
 impl ClosestHit {
@@ -44,6 +47,7 @@ impl ClosestHit {
             t_hi: t_max,
             triangle: TriangleId::NONE,
             slot: LeafSlot(0),
+            edges: 0,
         }
     }
 
@@ -89,7 +93,7 @@ impl ClosestHit {
             || t_hi < self.t_lo
             || t_lo <= self.t_hi && self.is_beaten_by(t, triangle, lane, pairs);
         if closer {
-            *self = Self { t, t_lo, t_hi, triangle, slot };
+            *self = Self { t, t_lo, t_hi, triangle, slot, edges: 0 };
         }
     }
 
@@ -123,7 +127,7 @@ impl ClosestHit {
     /// comes close and the exact value is needed.
     #[inline(always)]
     fn replace(&mut self, (t_lo, t_hi): (f32, f32), (triangle, slot): (TriangleId, LeafSlot)) {
-        *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
+        *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot, edges: 0 };
     }
 
     /// Offers a lane's hit whose interval of t overlaps that of the closest hit so far. `order` is
@@ -186,12 +190,24 @@ impl ClosestHit {
             PairDecision::Hit { t_hi: f32::INFINITY, .. } if !self.is_hit() => {
                 self.offer_known(pairs.t(lane), new, lane, pairs);
             }
-            PairDecision::Hit { t_lo, t_hi } => {
+            PairDecision::Hit { t_lo, t_hi, edges } => {
                 if !self.is_hit() || t_hi < self.t_lo {
                     self.replace((t_lo, t_hi), new);
                 } else if t_lo <= self.t_hi {
-                    let order = pairs.known_order(lane, self.slot);
+                    // Rays that meet several triangles exactly at a corner or an edge are common in
+                    // regular models.
+                    let order = if edges != 0
+                        && pairs.meets_same_feature(lane, self.slot, [edges, self.edges])
+                    {
+                        Some(Ordering::Equal)
+                    } else {
+                        pairs.known_order(lane, self.slot)
+                    };
                     self.offer_rival((t_lo, t_hi), order, new, lane, pairs);
+                }
+                // If this hit is now the closest, remember its edges.
+                if self.slot == new.1 {
+                    self.edges = edges;
                 }
             }
             PairDecision::Undecided => self.offer_doubtful(new, lane, pairs),
@@ -210,7 +226,7 @@ impl ClosestHit {
             // Both have the same t, so the index decides, and t is not needed.
             Some(Ordering::Equal) => {
                 if triangle < self.triangle && pairs.meets_undecided(lane) {
-                    (self.triangle, self.slot) = (triangle, slot);
+                    (self.triangle, self.slot, self.edges) = (triangle, slot, 0);
                 }
             }
             Some(Ordering::Less) | None => {
@@ -270,7 +286,7 @@ impl ClosestHit {
         if doubtful == 0 && first < self.t_lo {
             let lane = rivals.trailing_zeros() as usize % 8;
             let (triangle, slot) = lane_names(indices, slot, lane);
-            *self = Self { t: f64::NAN, t_lo: t_lo[lane], t_hi: first, triangle, slot };
+            self.replace((t_lo[lane], first), (triangle, slot));
             return;
         }
         let (lanes, hit) = (verdicts.lanes(), verdicts.hit);
@@ -340,41 +356,20 @@ impl ClosestHit {
     }
 }
 
-/// The number of undecided lanes from which it is faster to decide them side by side.
-const SEVERAL: u32 = 3;
-
-/// The decisions that f64 made about some lanes.
+/// The decisions that were made about several lanes side by side.
 pub(super) struct DecidedLanes {
     lanes: u32,
     decisions: [PairDecision; 16],
 }
 
 impl DecidedLanes {
-    /// Decides the pairs in the given lanes side by side, if there are several.
+    /// Decides the pairs in the given lanes, if there are several.
     #[inline(always)]
     pub(super) fn of(undecided: u32, pairs: &impl LanePairs) -> Self {
-        let mut decided = Self { lanes: 0, decisions: [PairDecision::Undecided; 16] };
-        if undecided.count_ones() >= SEVERAL {
-            decided.decide(undecided, pairs);
+        if undecided.count_ones() < SEVERAL {
+            return Self { lanes: 0, decisions: [PairDecision::Undecided; 16] };
         }
-        decided
-    }
-
-    /// The function is out of line to keep registers free for the common case.
-    #[cold]
-    #[inline(never)]
-    fn decide(&mut self, undecided: u32, pairs: &impl LanePairs) {
-        self.lanes = undecided;
-        let (mut lanes, mut count) = ([0; 16], 0);
-        for lane in lanes_of(undecided) {
-            lanes[count] = lane;
-            count += 1;
-        }
-        for lanes in lanes[..count].chunks(8) {
-            for (lane, decision) in lanes.iter().zip(pairs.decide_eight(lanes)) {
-                self.decisions[*lane] = decision;
-            }
-        }
+        Self { lanes: undecided, decisions: pairs.decide_lanes(undecided) }
     }
 
     /// Returns the decision about a lane, if it was one of several.
@@ -460,6 +455,9 @@ mod tests {
         }
         fn known_order(&self, _: usize, _: LeafSlot) -> Option<Ordering> {
             None
+        }
+        fn meets_same_feature(&self, _: usize, _: LeafSlot, _: [u8; 2]) -> bool {
+            false
         }
     }
 

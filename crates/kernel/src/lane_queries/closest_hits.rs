@@ -76,6 +76,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
             t_hi: get::<F, N>(self.t_hi, lane),
             triangle: TriangleId(get::<F, N>(self.triangle, lane).to_bits()),
             slot: LeafSlot(get::<F, N>(self.slot, lane).to_bits()),
+            edges: 0,
         }
     }
 
@@ -96,6 +97,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
                 t_hi: t_hi[i],
                 triangle: TriangleId(triangle[i].to_bits()),
                 slot: LeafSlot(slot[i].to_bits()),
+                edges: 0,
             },
         )
     }

@@ -27,15 +27,11 @@ pub(crate) trait LanePairs {
         self.resolver().decide(&self.ray(lane), &self.triangle(lane), self.ids(lane))
     }
 
-    /// Decides the pairs in up to eight lanes in f64, side by side.
+    /// Decides the pairs in several lanes side by side.
     #[inline(always)]
-    fn decide_eight(&self, lanes: &[usize]) -> [PairDecision; 8] {
-        let mut ids = [(RayId(0), LeafSlot(0)); 8];
-        for (ids, lane) in ids.iter_mut().zip(lanes) {
-            *ids = self.ids(*lane);
-        }
-        let pairs = lanes.iter().map(|&lane| (self.ray(lane), self.triangle(lane)));
-        self.resolver().decide_eight(pairs, &ids[..lanes.len()])
+    fn decide_lanes(&self, lanes: u32) -> [PairDecision; 16] {
+        let pair = |lane| (self.ray(lane), self.triangle(lane), self.ids(lane));
+        self.resolver().decide_lanes(lanes, pair)
     }
 
     /// Returns the t of a lane's pair if it is a hit.
@@ -95,6 +91,15 @@ pub(crate) trait LanePairs {
         let pair = || (self.ray(lane), [self.triangle(lane), self.find(slot)]);
         let (ray, here) = self.ids(lane);
         self.resolver().order_across_axis(pair, (ray, [here, slot]))
+    }
+
+    /// Returns whether the lane's ray has the same t for the lane's triangle and the one in a slot, as
+    /// far as the edges tell on which it is known to meet them.
+    #[inline(always)]
+    fn meets_same_feature(&self, lane: usize, slot: LeafSlot, edges: [u8; 2]) -> bool {
+        let (ray, here) = self.ids(lane);
+        let pair = || [self.triangle(lane), self.find(slot)];
+        self.resolver().meets_same_feature(pair, (ray, [here, slot]), edges)
     }
 
     /// Returns which of two triangles, the lane's own or the one in a slot, comes first on the

@@ -22,10 +22,13 @@ use core::cmp::Ordering;
 
 use crate::exact::{EightPairs, PairDecision, Rule, Side};
 use crate::hit_attributes::Pairs;
-use crate::simd::{Level, Simd};
+use crate::simd::{Level, Simd, lanes_of};
 use crate::{Hit, Hit32, LeafSlot, Ray, RayId, Triangle, TriangleId, document};
 
-/// Decides the pairs that the filter leaves undecided, one at a time.
+/// The number of undecided pairs from which it is faster to decide them side by side.
+pub(crate) const SEVERAL: u32 = 3;
+
+/// Decides the pairs that the filter leaves undecided.
 #[derive(Clone, Copy, Debug)]
 pub enum Resolver<'a> {
     /// The operations of document A in f64, with this threshold.
@@ -85,26 +88,45 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Makes the same decisions as [`Resolver::decide`] for up to eight pairs side by side, which is
-    /// faster than deciding three or more of them one by one.
+    /// Decides the pairs in up to sixteen lanes like [`Resolver::decide`], but several of them side
+    /// by side, and then also with 64-bit integers where f64 does not suffice. `pair` returns the
+    /// ray and the triangle of a lane, and their ids.
     #[cold]
     #[inline(never)]
-    pub fn decide_eight(
+    pub fn decide_lanes(
         self,
-        pairs: impl Iterator<Item = (Ray, Triangle)>,
-        ids: &[(RayId, LeafSlot)],
-    ) -> [PairDecision; 8] {
-        match self {
-            Self::Document(_) => [PairDecision::Undecided; 8],
-            Self::Exact(rule) => {
-                let mut eight = EightPairs::new();
-                for (lane, (ray, triangle)) in pairs.take(8).enumerate() {
-                    eight.set(lane, &ray, &triangle);
-                }
-                eight.decide(Level::best(), rule)
+        lanes: u32,
+        pair: impl Fn(usize) -> (Ray, Triangle, (RayId, LeafSlot)),
+    ) -> [PairDecision; 16] {
+        let mut decisions = [PairDecision::Undecided; 16];
+        let mut rest = lanes;
+        if lanes.count_ones() < SEVERAL {
+            for lane in lanes_of(lanes) {
+                let (ray, triangle, ids) = pair(lane);
+                decisions[lane] = self.decide(&ray, &triangle, ids);
             }
-            Self::Originals(originals) => originals.decide_eight(ids),
+            return decisions;
         }
+        while rest != 0 {
+            let (mut eight, mut numbers) = (EightPairs::new(), [0; 8]);
+            let (mut ids, mut count) = ([(RayId(0), LeafSlot(0)); 8], 0);
+            for lane in lanes_of(rest).take(8) {
+                let (ray, triangle, names) = pair(lane);
+                eight.set(count, &ray, &triangle);
+                (numbers[count], ids[count]) = (lane, names);
+                count += 1;
+                rest &= rest - 1;
+            }
+            let some = match self {
+                Self::Document(_) => return decisions,
+                Self::Exact(rule) => eight.decide(Level::best(), rule),
+                Self::Originals(originals) => originals.decide_eight(&ids[..count]),
+            };
+            for (lane, decision) in numbers[..count].iter().zip(some) {
+                decisions[*lane] = decision;
+            }
+        }
+        decisions
     }
 
     /// Returns whether the ray hits the triangle within its interval, for a pair that
@@ -267,6 +289,27 @@ impl<'a> Resolver<'a> {
             }
             Self::Originals(originals) => originals.known_order(id, one, other),
             Self::Document(_) => None,
+        }
+    }
+
+    /// Returns whether a ray has the same t for two triangles, as far as the edges tell on which it is
+    /// known to meet each of them ([`PairDecision::Hit`]).
+    #[inline(always)]
+    pub fn meets_same_feature(
+        self,
+        pair: impl FnOnce() -> [Triangle; 2],
+        (ray, [one, other]): (RayId, [LeafSlot; 2]),
+        [one_edges, other_edges]: [u8; 2],
+    ) -> bool {
+        match self {
+            Self::Exact(_) => {
+                let [a, b] = pair();
+                crate::exact::meets_same_feature((&a, one_edges), (&b, other_edges))
+            }
+            Self::Originals(originals) => {
+                originals.meets_same_feature(ray, (one, one_edges), (other, other_edges))
+            }
+            Self::Document(_) => false,
         }
     }
 

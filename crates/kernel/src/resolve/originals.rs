@@ -45,6 +45,10 @@ pub trait Originals: fmt::Debug + Sync {
     /// the ray misses one of the triangles, the result is meaningless.
     fn known_order(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> Option<Ordering>;
 
+    /// Returns whether the ray has the same t for two triangles, as far as the edges tell on which it
+    /// is known to meet each of them.
+    fn meets_same_feature(&self, ray: RayId, one: (LeafSlot, u8), other: (LeafSlot, u8)) -> bool;
+
     /// Returns the side from which the ray crosses the triangle within its interval, if it does.
     fn crossing(&self, ray: RayId, slot: LeafSlot) -> Option<Side>;
 

@@ -21,6 +21,7 @@ use super::pair::Pair;
 ///         let x = S::I64x4::load(&self.0);
 ///         let three = S::I64x4::load_f32(&[3.0; 4]);
 ///         let (million, none) = (S::I64x4::splat(1 << 20), S::I64x4::splat(0));
+///         assert_eq!((three.times(x) - three.mul_narrow(x)).zero(), 0b1111);
 ///         let y = three.mul_narrow(x) - S::I64x4::dot([million, none, none], [million; 3]);
 ///         let mut lanes = [0; 4];
 ///         (y + S::I64x4::splat(0)).store(&mut lanes);
@@ -55,6 +56,8 @@ pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
 
     /// Returns the exact product of lanes that fit in i32.
     fn mul_narrow(self, b: Self) -> Self;
+    /// Returns the lower 64 bits of the product.
+    fn times(self, b: Self) -> Self;
     /// Returns the dot product of `a`, whose components must fit in i32, and an arbitrary `b`. The
     /// result is exact if it fits in i64, even if intermediate results wrap.
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self;
@@ -102,6 +105,10 @@ impl<L: Ints> Ints for Pair<L> {
     #[inline(always)]
     fn mul_narrow(self, b: Self) -> Self {
         Self(self.0.mul_narrow(b.0), self.1.mul_narrow(b.1))
+    }
+    #[inline(always)]
+    fn times(self, b: Self) -> Self {
+        Self(self.0.times(b.0), self.1.times(b.1))
     }
     #[inline(always)]
     fn dot([ax, ay, az]: [Self; 3], [bx, by, bz]: [Self; 3]) -> Self {
@@ -161,6 +168,10 @@ impl Ints for WrappingI64 {
     }
     #[inline(always)]
     fn mul_narrow(self, b: Self) -> Self {
+        self.times(b)
+    }
+    #[inline(always)]
+    fn times(self, b: Self) -> Self {
         Self(self.0.wrapping_mul(b.0))
     }
     #[inline(always)]
@@ -204,6 +215,10 @@ macro_rules! wide {
             }
             #[inline(always)]
             fn mul_narrow(self, b: Self) -> Self {
+                self * b
+            }
+            #[inline(always)]
+            fn times(self, b: Self) -> Self {
                 self * b
             }
             #[inline(always)]

@@ -190,6 +190,7 @@ fn check_i64<L: Ints>(level: Level) {
         same(la + lc, &|i| a[i].wrapping_add(c[i]));
         same(la - lc, &|i| a[i].wrapping_sub(c[i]));
         same(la.mul_narrow(lb), &|i| a[i] * b[i]);
+        same((la + lc).times(lc), &|i| a[i].wrapping_add(c[i]).wrapping_mul(c[i]));
         same(L::dot([la, lb, la], [lc, lc, lb]), &|i| {
             let two = a[i].wrapping_mul(c[i]).wrapping_add(b[i].wrapping_mul(c[i]));
             two.wrapping_add(a[i] * b[i])

@@ -71,7 +71,7 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
                 let (t_lo, t_hi) = f32_bounds(self.resolver.t(one, &triangle, ids));
                 return Settled::Hit { t_lo, t_hi };
             }
-            PairDecision::Hit { t_lo, t_hi } => return Settled::Hit { t_lo, t_hi },
+            PairDecision::Hit { t_lo, t_hi, .. } => return Settled::Hit { t_lo, t_hi },
             PairDecision::Undecided => {}
         }
         // If both triangles have the same t, for example at a shared edge, the lower index wins.

@@ -248,6 +248,17 @@ impl Ints for Integers {
         Self(cpu::integers::mul_narrow(self.0, b.0))
     }
     #[inline(always)]
+    fn times(self, b: Self) -> Self {
+        // These CPUs have no 64-bit product in lanes.
+        let (mut x, mut y) = ([0; 4], [0; 4]);
+        self.store(&mut x);
+        b.store(&mut y);
+        for (x, y) in x.iter_mut().zip(y) {
+            *x = x.wrapping_mul(y);
+        }
+        Self::load(&x)
+    }
+    #[inline(always)]
     fn dot([ax, ay, az]: [Self; 3], [bx, by, bz]: [Self; 3]) -> Self {
         // Compute all three products at once: their high halves are added before they are shifted,
         // so there is only one shift.

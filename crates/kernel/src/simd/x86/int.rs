@@ -73,6 +73,15 @@ ints!(__m256i, 4, _mm256_add_epi64 _mm256_sub_epi64 _mm256_mul_epi32 _mm256_set1
     _mm256_loadu_si256 _mm256_storeu_si256,
     load_f32 |from| _mm256_cvtepi32_epi64(_mm_cvttps_epi32(_mm_loadu_ps(from))),
     {
+        /// Adds the products of the unsigned halves that reach the lower 64 bits.
+        #[inline(always)]
+        fn times(self, b: Self) -> Self {
+            let (a_high, b_high) = cpu!((_mm256_srli_epi64::<32>(self.0), _mm256_srli_epi64::<32>(b.0)));
+            let low = Self(cpu!(_mm256_mul_epu32(self.0, b.0)));
+            let x = Self(cpu!(_mm256_mul_epu32(a_high, b.0)));
+            let y = Self(cpu!(_mm256_mul_epu32(self.0, b_high)));
+            low + Self(cpu!(_mm256_slli_epi64::<32>((x + y).0)))
+        }
         /// Splits each component of `b` into `low + 2^32 * high` with a signed low half, so that
         /// `pmuldq` can multiply both halves. The two sums are combined at the end.
         #[inline(always)]
@@ -97,12 +106,13 @@ ints!(__m512i, 8, _mm512_add_epi64 _mm512_sub_epi64 _mm512_mul_epi32 _mm512_set1
     load_f32 |from| _mm512_cvttps_epi64(_mm256_loadu_ps(from)),
     {
         #[inline(always)]
+        fn times(self, b: Self) -> Self {
+            Self(cpu!(_mm512_mullo_epi64(self.0, b.0)))
+        }
+        #[inline(always)]
         fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
             // AVX-512 has a 64-bit multiplication, which keeps the low 64 bits of each product.
-            let x = Self(cpu!(_mm512_mullo_epi64(a[0].0, b[0].0)));
-            let y = Self(cpu!(_mm512_mullo_epi64(a[1].0, b[1].0)));
-            let z = Self(cpu!(_mm512_mullo_epi64(a[2].0, b[2].0)));
-            x + y + z
+            a[0].times(b[0]) + a[1].times(b[1]) + a[2].times(b[2])
         }
     },
     negative |x| _mm512_movepi64_mask(x),
