@@ -19,6 +19,7 @@ mod closest;
 mod crossing;
 mod decision;
 mod double;
+mod eight_pairs;
 mod facing;
 mod float;
 mod hit_coefficients;
@@ -53,7 +54,8 @@ pub use closest::{
 };
 pub use crossing::{crossing_from, hit_undecided};
 pub(crate) use decision::f32_bounds;
-pub use decision::{EightPairs, PairDecision, Rule, Side, decide_pair};
+pub use decision::{PairDecision, Rule, Side, decide_pair};
+pub use eight_pairs::EightPairs;
 pub use facing::facing;
 pub use float::{Decided, decide, decide_with_t};
 pub use hit_coefficients::HitCoefficients;

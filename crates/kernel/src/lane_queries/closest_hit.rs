@@ -4,10 +4,9 @@
 
 use core::cmp::Ordering;
 
-use super::lane_pairs::LanePairs;
+use super::lane_pairs::{DecidedLanes, LanePairs};
 use crate::exact::{PairDecision, f32_bounds};
 use crate::filter::Verdicts;
-use crate::resolve::SEVERAL;
 use crate::simd::{Lanes, Mask, lanes_of};
 use crate::{LeafSlot, TriangleId};
 
@@ -353,29 +352,6 @@ impl ClosestHit {
         }
         let order = if t == self.t { pairs.order(lane, self.slot) } else { Ordering::Equal };
         t < self.t || t == self.t && order.then(triangle.cmp(&self.triangle)).is_lt()
-    }
-}
-
-/// The decisions that were made about several lanes side by side.
-pub(super) struct DecidedLanes {
-    lanes: u32,
-    decisions: [PairDecision; 16],
-}
-
-impl DecidedLanes {
-    /// Decides the pairs in the given lanes, if there are several.
-    #[inline(always)]
-    pub(super) fn of(undecided: u32, pairs: &impl LanePairs) -> Self {
-        if undecided.count_ones() < SEVERAL {
-            return Self { lanes: 0, decisions: [PairDecision::Undecided; 16] };
-        }
-        Self { lanes: undecided, decisions: pairs.decide_lanes(undecided) }
-    }
-
-    /// Returns the decision about a lane, if it was one of several.
-    #[inline(always)]
-    pub(super) fn get(&self, lane: usize) -> Option<PairDecision> {
-        (self.lanes >> lane & 1 != 0).then(|| self.decisions[lane])
     }
 }
 

@@ -1,7 +1,7 @@
 //! The closest hits of N rays so far, in lanes.
 
-use super::closest_hit::{ClosestHit, DecidedLanes};
-use super::lane_pairs::LanePairs;
+use super::closest_hit::ClosestHit;
+use super::lane_pairs::{DecidedLanes, LanePairs};
 use crate::document::Tri;
 use crate::exact;
 use crate::filter::Verdicts;

@@ -4,7 +4,7 @@ use core::cmp::Ordering;
 
 use crate::exact::PairDecision;
 use crate::packet::{RayPacket, TriangleBlock};
-use crate::resolve::Resolver;
+use crate::resolve::{Resolver, SEVERAL};
 use crate::{LeafSlot, Ray, RayId, Triangle};
 
 /// The ray and the triangle in each lane. The slow path, which is out of line, passes them to the
@@ -110,6 +110,29 @@ pub(crate) trait LanePairs {
         let pair = || (self.ray(lane), [self.triangle(lane), self.find(slot)]);
         let (ray, here) = self.ids(lane);
         self.resolver().known_order(pair, (ray, [here, slot]))
+    }
+}
+
+/// The decisions that were made about several lanes side by side.
+pub(super) struct DecidedLanes {
+    lanes: u32,
+    decisions: [PairDecision; 16],
+}
+
+impl DecidedLanes {
+    /// Decides the pairs in the given lanes, if there are several.
+    #[inline(always)]
+    pub(super) fn of(undecided: u32, pairs: &impl LanePairs) -> Self {
+        if undecided.count_ones() < SEVERAL {
+            return Self { lanes: 0, decisions: [PairDecision::Undecided; 16] };
+        }
+        Self { lanes: undecided, decisions: pairs.decide_lanes(undecided) }
+    }
+
+    /// Returns the decision about a lane, if it was one of several.
+    #[inline(always)]
+    pub(super) fn get(&self, lane: usize) -> Option<PairDecision> {
+        (self.lanes >> lane & 1 != 0).then(|| self.decisions[lane])
     }
 }
 

@@ -1,0 +1,261 @@
+//! Decides up to eight pairs of a ray and a triangle side by side: in f64, and then, where the
+//! error bound does not suffice, in 64-bit integers that wrap.
+
+use super::decision::{PairDecision, Rule};
+use super::float::{self, Signs};
+use super::input::plain_lanes;
+use super::tier::is_f64;
+use super::wrapping;
+use crate::packet::RayLanes;
+use crate::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd};
+use crate::{RayOf, Scalar, TriangleOf};
+
+/// Up to eight rays and triangles in lanes.
+///
+/// ```
+/// use intertri::internal::exact::{EightPairs, PairDecision, decide_pair};
+/// use intertri::simd::Level;
+/// use intertri::{Ray, Rule, Triangle};
+/// let ray = Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]);
+/// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+/// let mut pairs = EightPairs::new();
+/// pairs.set(0, &ray, &at(5.0));
+/// pairs.set(1, &ray, &at(-5.0));
+/// let decisions = pairs.decide(Level::best(), Rule::Closed);
+/// assert_eq!(decisions[0], decide_pair(Rule::Closed, &ray, &at(5.0)));
+/// assert_eq!(decisions[1], PairDecision::Miss);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct EightPairs<X> {
+    /// The nine coordinates of the corners, the origin, the direction, `t_min`, and `t_max`.
+    rows: [[X; 8]; 17],
+}
+
+impl<X: Scalar> Default for EightPairs<X> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<X: Scalar> EightPairs<X> {
+    /// Creates a set of pairs in which every ray misses.
+    #[inline(always)]
+    pub fn new() -> Self {
+        Self { rows: [[X::ZERO; 8]; 17] }
+    }
+
+    /// Stores a ray and a triangle in a lane.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, ray: &RayOf<X>, triangle: &TriangleOf<X>) {
+        for k in 0..3 {
+            for corner in 0..3 {
+                self.rows[3 * corner + k][lane] = triangle.0[corner][k];
+            }
+            self.rows[9 + k][lane] = ray.origin[k];
+            self.rows[12 + k][lane] = ray.dir[k];
+        }
+        self.rows[15][lane] = ray.t_min;
+        self.rows[16][lane] = ray.t_max;
+    }
+
+    /// Makes the same decisions as [`decide_pair`], for all lanes side by side.
+    #[inline]
+    pub fn decide(&self, level: Level, rule: Rule) -> [PairDecision; 8] {
+        level.run(DecideEight { pairs: self, rule })
+    }
+
+    /// Returns the signs that integers find, given bounds on the errors of f64.
+    #[inline(always)]
+    fn wrapped_signs<S: Simd>(&self, bounds: [S::F64x8; 4]) -> Signs<<S::F64x8 as Lanes>::Mask> {
+        let (mut rows, mut errors) = ([[0.0; 8]; 15], [[0.0; 8]; 4]);
+        for (i, row) in rows.iter_mut().enumerate() {
+            self.row::<S::F64x8>(i).store(row);
+        }
+        for (errors, bound) in errors.iter_mut().zip(bounds) {
+            bound.store(errors);
+        }
+        let signs = wrapping::signs::<S>(&rows, &errors);
+        let mut volumes = [[<S::F64x8 as Lanes>::Mask::from_bits(0); 3]; 4];
+        for (masks, bits) in volumes.iter_mut().zip(signs) {
+            for (mask, bits) in masks.iter_mut().zip(bits) {
+                *mask = Mask::from_bits(bits);
+            }
+        }
+        Signs { volumes }
+    }
+
+    /// Loads three rows.
+    #[inline(always)]
+    fn vec3<D: Lanes<Scalar = f64>>(&self, first: usize) -> Vec3<D> {
+        Vec3 { x: self.row(first), y: self.row(first + 1), z: self.row(first + 2) }
+    }
+
+    /// Loads a row.
+    #[inline(always)]
+    fn row<D: Lanes<Scalar = f64>>(&self, i: usize) -> D {
+        if const { is_f64::<X>() } {
+            D::load(bytemuck::cast_slice(&self.rows[i]))
+        } else {
+            D::load_f32(bytemuck::cast_slice(&self.rows[i]))
+        }
+    }
+}
+
+struct DecideEight<'a, X> {
+    pairs: &'a EightPairs<X>,
+    rule: Rule,
+}
+
+impl<X: Scalar> WithSimd for DecideEight<'_, X> {
+    type Output = [PairDecision; 8];
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> [PairDecision; 8] {
+        let Self { pairs, rule } = self;
+        let corners = [pairs.vec3::<S::F64x8>(0), pairs.vec3(3), pairs.vec3(6)];
+        let (org, dir) = (pairs.vec3(9), pairs.vec3(12));
+        let rays = RayLanes { org, dir, t_min: pairs.row(15), t_max: pairs.row(16) };
+        // No verdict is valid for a lane that is not plain.
+        let plain = plain_lanes(&pairs.rows);
+        let (decided, [lo, hi]) = float::decide_refined(
+            corners,
+            &rays,
+            #[inline(always)]
+            |open, bounds| {
+                if open & plain == 0 { None } else { Some(pairs.wrapped_signs::<S>(bounds)) }
+            },
+        );
+        let miss = (decided.miss | run_along(dir, corners)).bits() & plain;
+        let hit = if rule == Rule::Closed { decided.closed } else { decided.inside };
+        let hit = hit.bits() & plain & !miss;
+        let (mut t_lo, mut t_hi) = ([0.0; 8], [0.0; 8]);
+        lo.store(&mut t_lo);
+        hi.store(&mut t_hi);
+        let [u, v, w] = decided.edges;
+        let edges = [u.bits(), v.bits(), w.bits()];
+        let mut decisions = [PairDecision::Undecided; 8];
+        for (lane, decision) in decisions.iter_mut().enumerate() {
+            if miss >> lane & 1 != 0 {
+                *decision = PairDecision::Miss;
+            } else if hit >> lane & 1 != 0 {
+                let on = |i: usize| (edges[i] >> lane & 1) << i;
+                let edges = (on(0) | on(1) | on(2)) as u8;
+                *decision = PairDecision::hit_within(t_lo[lane], t_hi[lane], edges);
+            }
+        }
+        decisions
+    }
+}
+
+/// Returns the lanes in which a triangle is perpendicular to an axis and the ray runs parallel to
+/// its plane, so that D is 0.
+#[inline(always)]
+fn run_along<D: Lanes<Scalar = f64>>(dir: Vec3<D>, [a, b, c]: [Vec3<D>; 3]) -> D::Mask {
+    let zero = D::splat(0.0);
+    let x = dir.x.abs().le(zero) & a.x.le(b.x) & b.x.le(c.x) & c.x.le(a.x);
+    let y = dir.y.abs().le(zero) & a.y.le(b.y) & b.y.le(c.y) & c.y.le(a.y);
+    let z = dir.z.abs().le(zero) & a.z.le(b.z) & b.z.le(c.z) & c.z.le(a.z);
+    x | y | z
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{EightPairs, PairDecision, Rule};
+    use crate::exact::test_numbers::random;
+    use crate::exact::tier::is_f64;
+    use crate::exact::{Tier, attributes_from, crossing_from, t_from};
+    use crate::simd::Level;
+    use crate::{RayOf, Scalar, TriangleOf};
+
+    /// Compares eight pairs side by side with integers of any width, at every level: rays toward
+    /// edges, corners, and the interior, rays along axes, intervals, and numbers that are not plain.
+    /// Coordinates are multiples of `step`, so that many rays meet edges exactly.
+    fn eight_are_right<X: Scalar>(step: f64, odd: &[X]) {
+        let (mut random, mut counts) = (random(), [0; 4]);
+        for i in 0..20_000 {
+            let (mut pairs, mut each) = (EightPairs::new(), Vec::new());
+            for lane in 0..i % 9 {
+                let mut vec3 =
+                    || [0; 3].map(|_| X::nearest((16.0 * random() / step).round() * step));
+                let corners = [vec3(), vec3(), vec3()];
+                let (origin, mut dir) = (vec3(), vec3());
+                let [x, y]: [f64; 2] = [random(), random()];
+                let [p, q] = match lane % 4 {
+                    0 => [0.5, 0.0],
+                    1 => [1.0, 0.0],
+                    2 => [x + 0.5, 0.0],
+                    _ => [0.5 * x, 0.5 * y],
+                };
+                for k in 0..3 {
+                    let [a, b, c, o] = [corners[0][k], corners[1][k], corners[2][k], origin[k]];
+                    let [a, b, c, o]: [f64; 4] = [a.into(), b.into(), c.into(), o.into()];
+                    dir[k] = X::nearest(a + p * (b - a) + q * (c - a) - o);
+                }
+                let mut ray = RayOf { origin, t_min: X::ZERO, dir, t_max: X::INFINITY };
+                let mut triangle = TriangleOf(corners);
+                match (i + lane) % 8 {
+                    0 => ray.t_max = X::ONE,
+                    1 => ray.t_min = X::ONE,
+                    2 => {
+                        ray.dir[i % 3] = X::ZERO;
+                        (0..3).for_each(|corner| triangle.0[corner][i % 3] = ray.origin[i % 3]);
+                    }
+                    3 => triangle.0[i % 3][lane % 3] = odd[i % odd.len()],
+                    4 => ray.dir[lane % 3] = odd[i % odd.len()],
+                    _ => {}
+                }
+                pairs.set(lane, &ray, &triangle);
+                each.push((ray, triangle));
+            }
+            for rule in [Rule::Closed, Rule::Once] {
+                let truth: Vec<bool> = (each.iter())
+                    .map(|(ray, triangle)| {
+                        crossing_from(Tier::Narrow, rule, ray, triangle).is_some()
+                    })
+                    .collect();
+                for level in Level::all() {
+                    let decisions = pairs.decide(level, rule);
+                    for (lane, (ray, triangle)) in each.iter().enumerate() {
+                        let hit = match decisions[lane] {
+                            PairDecision::Undecided => {
+                                counts[0] += 1;
+                                continue;
+                            }
+                            PairDecision::Miss => false,
+                            PairDecision::Hit { t_lo, t_hi, edges } => {
+                                let t = t_from(Tier::Narrow, ray, triangle);
+                                assert!(f64::from(t_lo) <= t && t <= f64::from(t_hi), "{ray:?}");
+                                counts[2] += u32::from(edges != 0);
+                                check_edges(edges, ray, triangle);
+                                true
+                            }
+                        };
+                        counts[if hit { 1 } else { 3 }] += 1;
+                        assert_eq!(hit, truth[lane], "{rule:?} {ray:?} {triangle:?}");
+                    }
+                }
+            }
+        }
+        // f64 numbers with many digits have volumes with more than 64 bits, which stay undecided.
+        let [undecided, hits, on_edges, misses] = counts;
+        assert!(undecided > 3000 && hits > 3000 && misses > 3000, "{counts:?}");
+        assert!(on_edges > 3000 || is_f64::<X>() && step == 1e-7, "{counts:?}");
+    }
+
+    /// The weights of the corners opposite the edges must be 0.
+    fn check_edges<X: Scalar>(edges: u8, ray: &RayOf<X>, triangle: &TriangleOf<X>) {
+        let (_, u, v) = attributes_from(Tier::Narrow, ray, triangle);
+        assert!(edges >> 1 & 1 == 0 || u == 0.0, "{ray:?} {triangle:?}");
+        assert!(edges >> 2 & 1 == 0 || v == 0.0, "{ray:?} {triangle:?}");
+        // Both weights are rounded, so their sum need not be 1 exactly.
+        assert!(edges & 1 == 0 || (u + v - 1.0).abs() < 1e-15, "{ray:?} {triangle:?}");
+    }
+
+    #[test]
+    fn eight_pairs_side_by_side_are_right() {
+        for step in [1.0, 0.015_625, 1e-7] {
+            eight_are_right(step, &[1e-45_f32, -1e-40, f32::NAN, f32::INFINITY, -0.0]);
+            eight_are_right(step, &[1e-310_f64, 1e-250, 1e200, f64::NAN, f64::NEG_INFINITY, -0.0]);
+        }
+    }
+}
