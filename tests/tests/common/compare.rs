@@ -6,7 +6,7 @@ use core::cmp::Ordering;
 
 use intertri::internal::exact::{
     self, EightPairs, PairDecision, Side, Tier, attributes, attributes_from, attributes32,
-    crossing_from, order, order_across_axis, order_from, t, t_from,
+    crossing_from, order, order_by_coordinates, order_from, t, t_from,
 };
 use intertri::simd::Level;
 use intertri::{RayOf, Rule, Scalar, TriangleOf};
@@ -203,9 +203,13 @@ fn check_order<S: Float>(
             continue;
         };
         let want = truth.order(&of_next);
-        assert_eq!(order_across_axis(ray, &here, &next), Some(want), "{ray:?} {here:?} {next:?}");
-        assert_eq!(order_across_axis(ray, &next, &here), Some(want.reverse()));
-        assert_eq!(order_across_axis(ray, &here, &here), Some(Ordering::Equal));
+        assert_eq!(
+            order_by_coordinates(ray, &here, &next),
+            Some(want),
+            "{ray:?} {here:?} {next:?}"
+        );
+        assert_eq!(order_by_coordinates(ray, &next, &here), Some(want.reverse()));
+        assert_eq!(order_by_coordinates(ray, &here, &here), Some(Ordering::Equal));
         counts.walls += 1;
     }
 }

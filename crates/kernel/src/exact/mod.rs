@@ -90,15 +90,15 @@ pub fn crossing<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<S
 }
 
 /// Returns the order in which a ray meets two triangles, if no quotient is needed to determine it:
-/// the triangles are perpendicular to the same axis, or the ray passes through a corner or edge
-/// that the triangles share. The result is meaningless unless the ray hits both.
+/// their coordinates alone tell, or the ray passes through a corner or edge that the triangles
+/// share. The result is meaningless unless the ray hits both.
 pub fn known_order<S: Scalar>(
     ray: &RayOf<S>,
     one: &TriangleOf<S>,
     other: &TriangleOf<S>,
 ) -> Option<Ordering> {
     // Coplanar walls and floors are common, and a ray often meets two neighbours at a shared edge.
-    order_across_axis(ray, one, other)
+    order_by_coordinates(ray, one, other)
         .or_else(|| shared_edge::is_met(ray, one, other).then_some(Ordering::Equal))
 }
 
@@ -151,19 +151,19 @@ pub fn order<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<
     order_from(Tier::Float, ray, one, other)
 }
 
-/// Returns the exact order in which a ray meets two triangles that are perpendicular to the same
-/// axis, as walls and floors often are: the positions of their planes decide, without any
-/// arithmetic. Returns `None` for other triangles. The ray's line must meet each plane in exactly
-/// one point.
-pub fn order_across_axis<S: Scalar>(
+/// Returns the exact order in which a ray meets two triangles, if their coordinates alone tell:
+/// both are perpendicular to the same axis, as walls and floors often are, or both have the same
+/// corners. The ray's line must meet each plane in exactly one point.
+pub fn order_by_coordinates<S: Scalar>(
     ray: &RayOf<S>,
     one: &TriangleOf<S>,
     other: &TriangleOf<S>,
 ) -> Option<Ordering> {
-    (0..3).find_map(|axis| {
+    let across_axis = (0..3).find_map(|axis| {
         let order = position(one, axis)?.cmp(&position(other, axis)?);
         Some(if ray.dir[axis].is_negative() { order.reverse() } else { order })
-    })
+    });
+    across_axis.or_else(|| shared_edge::is_all(one, other).then_some(Ordering::Equal))
 }
 
 /// Returns the position of a triangle's plane on an axis perpendicular to it, as an integer that

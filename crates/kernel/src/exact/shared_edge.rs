@@ -27,17 +27,9 @@ pub(super) fn is_met<S: Scalar>(
     one: &TriangleOf<S>,
     other: &TriangleOf<S>,
 ) -> bool {
-    // Find the corners that the triangles share. Compare their bits: on a CPU that treats subnormal
-    // numbers as zero, a floating-point comparison would consider different corners equal.
-    let bits = |corner: &[S; 3]| corner.map(|x| (x.rank(), x.is_negative()));
-    let is_shared = |corner: &&[S; 3]| other.0.iter().any(|c| bits(c) == bits(corner));
-    let mut shared = one.0.iter().filter(is_shared);
+    let mut shared = one.0.iter().filter(|corner| has_corner(other, corner));
     let Some(&p) = shared.next() else { return false };
     let q = shared.next().copied().unwrap_or(p);
-    // With three shared corners, the triangles lie in the same plane.
-    if shared.next().is_some() {
-        return true;
-    }
     // The ray nearly always misses the edge, and f64 arithmetic can prove that. For f32
     // coordinates, integers are just as fast.
     if const { is_f64::<S>() } && is_plain(ray, &TriangleOf([p, q, q])) {
@@ -48,6 +40,21 @@ pub(super) fn is_met<S: Scalar>(
     }
     let (points, dir) = (Scale::of(&[ray.origin, p, q]), Scale::of(&[ray.dir]));
     at_tier!(S, points.tier(dir), holds::<S, C, N, V>(ray, [p, q], (points, dir)))
+}
+
+/// Returns whether a triangle has this corner. Compares bits: on a CPU that treats subnormal numbers
+/// as zero, a floating-point comparison would consider different corners equal.
+#[inline(always)]
+fn has_corner<S: Scalar>(triangle: &TriangleOf<S>, corner: &[S; 3]) -> bool {
+    let bits = |corner: &[S; 3]| corner.map(|x| (x.rank(), x.is_negative()));
+    triangle.0.iter().any(|other| bits(other) == bits(corner))
+}
+
+/// Returns whether each corner of one triangle is a corner of the other one, so that both lie in the
+/// same plane.
+#[inline(always)]
+pub(super) fn is_all<S: Scalar>(one: &TriangleOf<S>, other: &TriangleOf<S>) -> bool {
+    one.0.iter().all(|corner| has_corner(other, corner))
 }
 
 /// Returns whether a ray has the same t for two triangles, because the edges on which it is known to

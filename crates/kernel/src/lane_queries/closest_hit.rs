@@ -112,7 +112,7 @@ impl ClosestHit {
         } else if t_lo <= self.t_hi {
             if self.is_hit() {
                 // Coplanar walls are common, and their order can be determined without arithmetic.
-                let order = pairs.order_across_axis(lane, self.slot);
+                let order = pairs.order_by_coordinates(lane, self.slot);
                 self.offer_rival((t_lo, t_hi), order, new, lane, pairs);
             } else {
                 // The interval overlaps the far end of the ray, so the resolver must also check the
@@ -163,7 +163,7 @@ impl ClosestHit {
         // Walls and floors can often be ordered without arithmetic. If the triangle is behind the
         // closest hit, or has the same t and a higher index, it does not matter whether it is hit.
         if self.is_hit()
-            && let Some(order) = pairs.order_across_axis(lane, self.slot)
+            && let Some(order) = pairs.order_by_coordinates(lane, self.slot)
             && order.then(new.0.cmp(&self.triangle)).is_gt()
         {
             return;
@@ -426,7 +426,7 @@ mod tests {
         fn order(&self, _: usize, _: LeafSlot) -> Ordering {
             Ordering::Equal
         }
-        fn order_across_axis(&self, _: usize, _: LeafSlot) -> Option<Ordering> {
+        fn order_by_coordinates(&self, _: usize, _: LeafSlot) -> Option<Ordering> {
             None
         }
         fn known_order(&self, _: usize, _: LeafSlot) -> Option<Ordering> {

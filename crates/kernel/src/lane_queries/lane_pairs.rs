@@ -83,14 +83,14 @@ pub(crate) trait LanePairs {
     }
 
     /// Returns which of two triangles, the lane's own or the one in a slot, comes first on the
-    /// lane's ray if both are perpendicular to the same axis. The ray must hit the one in the slot;
-    /// if it misses the other, the result is meaningless.
+    /// lane's ray, if their coordinates alone tell. The ray must hit the one in the slot; if it
+    /// misses the other, the result is meaningless.
     #[inline(always)]
-    fn order_across_axis(&self, lane: usize, slot: LeafSlot) -> Option<Ordering> {
+    fn order_by_coordinates(&self, lane: usize, slot: LeafSlot) -> Option<Ordering> {
         // Pass a closure, because most resolvers decide without loading the triangles.
         let pair = || (self.ray(lane), [self.triangle(lane), self.find(slot)]);
         let (ray, here) = self.ids(lane);
-        self.resolver().order_across_axis(pair, (ray, [here, slot]))
+        self.resolver().order_by_coordinates(pair, (ray, [here, slot]))
     }
 
     /// Returns whether the lane's ray has the same t for the lane's triangle and the one in a slot, as

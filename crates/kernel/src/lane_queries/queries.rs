@@ -25,27 +25,11 @@ impl Filter<'_> {
     where
         Lane<N>: Width,
     {
-        self.block_at_in::<S, N>(&self.prepare_ray(ray), block, LeafSlot(0), counts)
-    }
-
-    /// Finds all hits of a prepared ray on N triangles, which are stored in the slots starting at
-    /// `first`.
-    #[doc(hidden)]
-    #[inline(always)]
-    pub fn block_at_in<S: Simd, const N: usize>(
-        &self,
-        PreparedRay { ray, id, lanes, .. }: &PreparedRay,
-        block: &TriangleBlock<N>,
-        first: LeafSlot,
-        counts: &mut Counts,
-    ) -> PacketHits<N>
-    where
-        Lane<N>: Width,
-    {
+        let PreparedRay { ray, id, lanes, .. } = &self.prepare_ray(ray);
         let (lanes, triangles) = (Rays::splat(lanes), Triangles::of_block(block, self.room()));
         let far = Lanes::splat(ray.t_max);
         let verdicts = self.test::<F32s<S, N>>(&triangles, &lanes, far, block.live(), counts);
-        let find = |slot: LeafSlot| block.triangle((slot.0 - first.0) as usize);
+        let (first, find) = (LeafSlot(0), |LeafSlot(slot)| block.triangle(slot as usize));
         let pairs = RayOnBlock { resolver: self.resolver(), ray, id: *id, block, first, find };
         all_hits(&verdicts, |_| self.sure_end(ray.t_max), &pairs)
     }

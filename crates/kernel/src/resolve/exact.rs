@@ -16,9 +16,9 @@ pub(super) fn order(ray: &Ray, a: &Triangle, b: &Triangle) -> Ordering {
     exact::order(ray, a, b)
 }
 
-/// See [`Resolver::order_across_axis`](super::Resolver::order_across_axis).
-pub(super) fn order_across_axis(ray: &Ray, a: &Triangle, b: &Triangle) -> Option<Ordering> {
-    exact::order_across_axis(ray, a, b)
+/// See [`Resolver::order_by_coordinates`](super::Resolver::order_by_coordinates).
+pub(super) fn order_by_coordinates(ray: &Ray, a: &Triangle, b: &Triangle) -> Option<Ordering> {
+    exact::order_by_coordinates(ray, a, b)
 }
 
 /// See [`Resolver::known_order`](super::Resolver::known_order).

@@ -129,6 +129,30 @@ impl<'a> Resolver<'a> {
         decisions
     }
 
+    /// Returns the lanes whose rays hit their triangles within the interval. `pair` returns the ray
+    /// and the triangle of a lane, and their ids.
+    #[inline(always)]
+    pub fn meeting(
+        self,
+        lanes: u32,
+        pair: impl Fn(usize) -> (Ray, Triangle, (RayId, LeafSlot)),
+    ) -> u32 {
+        let decisions = self.decide_lanes(lanes, &pair);
+        let mut hits = 0;
+        for lane in lanes_of(lanes) {
+            let meets = match decisions[lane] {
+                PairDecision::Miss => false,
+                PairDecision::Hit { .. } => true,
+                PairDecision::Undecided => {
+                    let (ray, triangle, ids) = pair(lane);
+                    self.meets_undecided(&ray, &triangle, ids)
+                }
+            };
+            hits |= u32::from(meets) << lane;
+        }
+        hits
+    }
+
     /// Returns whether the ray hits the triangle within its interval, for a pair that
     /// [`Resolver::decide`] has left undecided.
     #[cold]
@@ -253,11 +277,12 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Returns which of two triangles the ray hits first, if both are perpendicular to the same
-    /// axis. This is much faster than computing t. If the ray misses one of the triangles, the result
-    /// is meaningless. A resolver that orders hits by a rounded t returns `None`.
+    /// Returns which of two triangles the ray hits first, if their coordinates alone tell: both are
+    /// perpendicular to the same axis, or both have the same corners. This is much faster than
+    /// computing t. If the ray misses one of the triangles, the result is meaningless. A resolver
+    /// that orders hits by a rounded t returns `None`.
     #[inline(always)]
-    pub fn order_across_axis(
+    pub fn order_by_coordinates(
         self,
         pair: impl FnOnce() -> (Ray, [Triangle; 2]),
         (id, [one, other]): (RayId, [LeafSlot; 2]),
@@ -265,16 +290,15 @@ impl<'a> Resolver<'a> {
         match self {
             Self::Exact(_) => {
                 let (ray, [a, b]) = pair();
-                exact::order_across_axis(&ray, &a, &b)
+                exact::order_by_coordinates(&ray, &a, &b)
             }
-            Self::Originals(originals) => originals.order_across_axis(id, one, other),
+            Self::Originals(originals) => originals.order_by_coordinates(id, one, other),
             Self::Document(_) => None,
         }
     }
 
     /// Returns which of two triangles the ray hits first, if that is known without computing t:
-    /// because the triangles are perpendicular to the same axis, or because the ray meets them
-    /// where they touch. If the ray misses one of the triangles, the result is meaningless.
+    /// because of their coordinates, or because the ray meets them where they touch. If the ray misses one of the triangles, the result is meaningless.
     #[inline(always)]
     pub fn known_order(
         self,

@@ -31,9 +31,9 @@ pub trait Originals: fmt::Debug + Sync {
     /// Returns which of two triangles the ray hits first. The ray must be known to hit both.
     fn order(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> Ordering;
 
-    /// Returns which of two triangles the ray hits first, if both are perpendicular to the same
-    /// axis. If the ray misses one of them, the result is meaningless.
-    fn order_across_axis(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> Option<Ordering>;
+    /// Returns which of two triangles the ray hits first, if their coordinates alone tell. If the ray
+    /// misses one of them, the result is meaningless.
+    fn order_by_coordinates(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> Option<Ordering>;
 
     /// Returns the original ray.
     fn ray(&self, ray: RayId) -> &Ray64;

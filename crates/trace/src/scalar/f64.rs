@@ -378,9 +378,9 @@ impl Originals for CopiedRays<'_> {
         exact::order(ray, one, other)
     }
 
-    fn order_across_axis(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> Option<Ordering> {
+    fn order_by_coordinates(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> Option<Ordering> {
         let ((ray, one), (_, other)) = (self.pair(ray, one), self.pair(ray, other));
-        exact::order_across_axis(ray, one, other)
+        exact::order_by_coordinates(ray, one, other)
     }
 
     fn ray(&self, ray: RayId) -> &Ray64 {

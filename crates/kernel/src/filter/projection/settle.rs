@@ -55,7 +55,7 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         // If the triangle is behind the other one, it does not matter whether it is hit. Walls and
         // floors can often be ordered without arithmetic.
         if let Some(other) = other
-            && self.is_behind_across_axis(ray, slot, other)
+            && self.is_behind_by_coordinates(ray, slot, other)
         {
             return Settled::Behind;
         }
@@ -95,12 +95,12 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         })
     }
 
-    /// Returns whether one triangle comes after another on a ray, by t or by index, because both are
-    /// perpendicular to the same axis. Returns false if they are not.
+    /// Returns whether one triangle comes after another on a ray, by t or by index, if their
+    /// coordinates alone tell. Returns false if they do not.
     #[inline(always)]
-    fn is_behind_across_axis(&self, ray: usize, one: LeafSlot, other: LeafSlot) -> bool {
+    fn is_behind_by_coordinates(&self, ray: usize, one: LeafSlot, other: LeafSlot) -> bool {
         let pair = || (self.rays[ray], [(self.find)(one), (self.find)(other)]);
-        let order = self.resolver.order_across_axis(pair, (self.id(ray), [one, other]));
+        let order = self.resolver.order_by_coordinates(pair, (self.id(ray), [one, other]));
         order.is_some_and(|order| {
             order.then_with(|| (self.index)(one).cmp(&(self.index)(other))).is_gt()
         })

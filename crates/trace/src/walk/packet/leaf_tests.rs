@@ -1,7 +1,6 @@
 //! Tests a packet's rays at the leaves: finds the closest hit of each ray, or whether it hits
 //! anything.
 
-use intertri::internal::exact::PairDecision;
 use intertri::internal::{NumberedPacket, prefetch};
 use intertri::simd::{Lanes, Mask, Simd};
 use intertri::{ClosestHits, Counts, Filter, LeafSlot, PreparedPacket, Ray, RayId};
@@ -117,13 +116,7 @@ impl<'a, 'b, S: Simd, const ANY: bool> LeafTests<'a, 'b, S, ANY> {
     fn settle(&self, undecided: u32, slot: LeafSlot) -> u32 {
         let (triangle, resolver, (rays, first)) =
             (self.tree.triangle_in(slot), self.filter.resolver(), self.rays);
-        let ids = |lane: usize| (RayId(first.0 + lane as u32), slot);
-        let decisions = resolver.decide_lanes(undecided, |lane| (rays[lane], triangle, ids(lane)));
-        let meets = |lane: usize| match decisions[lane] {
-            PairDecision::Miss => false,
-            PairDecision::Hit { .. } => true,
-            PairDecision::Undecided => resolver.meets_undecided(&rays[lane], &triangle, ids(lane)),
-        };
-        lanes_of(undecided).map(|lane| u32::from(meets(lane)) << lane).sum()
+        let pair = |lane| (rays[lane], triangle, (RayId(first.0 + lane as u32), slot));
+        resolver.meeting(undecided, pair)
     }
 }

@@ -116,13 +116,17 @@ impl<S: Simd> Visit for VisitAll<'_, S> {
     #[inline(always)]
     fn visit(&mut self, leaf: usize) -> Option<f32> {
         let Self { tree, filter, ray, prepared, selection, .. } = &*self;
-        let (block, first) = (&tree.leaves[leaf].block, 8 * leaf as u32);
-        let hits =
-            filter.block_at_in::<S, 8>(prepared, block, LeafSlot(first), &mut Counts::default());
-        if hits.bits != 0 {
-            let (ray, resolver) = ((prepared.id(), *ray), filter.resolver());
-            let bits = selected(selection, tree, ray, leaf, hits.bits, resolver);
-            self.slots.extend(lanes_of(bits).map(|lane| LeafSlot(first + lane as u32)));
+        let (block, first, id) = (&tree.leaves[leaf].block, 8 * leaf, prepared.id());
+        let counts = &mut Counts::default();
+        if let Some(hits) = filter.block_hits_in::<S>(prepared, block, ray.t_max, counts) {
+            let resolver = filter.resolver();
+            let pair = |lane| (**ray, block.triangle(lane), (id, LeafSlot((first + lane) as u32)));
+            let met = match hits.undecided {
+                0 => hits.sure,
+                undecided => hits.sure | resolver.meeting(undecided, pair),
+            };
+            let lanes = selected(selection, tree, (id, *ray), leaf, met, resolver);
+            self.slots.extend(lanes_of(lanes).map(|lane| LeafSlot((first + lane) as u32)));
         }
         // Every hit counts, so the far end does not change.
         Some(self.ray.t_max)

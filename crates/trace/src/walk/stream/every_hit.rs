@@ -2,7 +2,7 @@
 //! number of crossings of each ray, or the winding number around each ray's origin.
 
 use intertri::internal::BlockHits;
-use intertri::internal::exact::Side;
+use intertri::internal::exact::{PairDecision, Side};
 use intertri::{Crossings, Filter, LeafSlot, Ray, RayId};
 
 use crate::containment::Containment;
@@ -70,15 +70,33 @@ impl HitCollector<'_> {
     #[cold]
     #[inline(never)]
     fn settle(&mut self, undecided: u32, first: usize, pairs: &mut HitPairs) -> bool {
-        for lane in lanes_of(undecided) {
+        let resolver = self.filter.resolver();
+        let pair = |lane: usize| {
             let slot = LeafSlot((first + lane) as u32);
-            let (triangle, ids) = (self.tree.triangle_in(slot), (self.id, slot));
-            let Some(t) = self.filter.resolver().hit(self.ray, &triangle, ids) else { continue };
-            pairs.push(self.id, slot);
-            if let (Some(few), Some(most)) = (&mut self.few, pairs.limit) {
+            (*self.ray, self.tree.triangle_in(slot), (self.id, slot))
+        };
+        let Some(most) = pairs.limit else {
+            for lane in lanes_of(resolver.meeting(undecided, pair)) {
+                pairs.push(self.id, LeafSlot((first + lane) as u32));
+            }
+            return false;
+        };
+        let decisions = resolver.decide_lanes(undecided, pair);
+        for lane in lanes_of(undecided) {
+            let (ray, triangle, ids) = pair(lane);
+            let t_hi = match decisions[lane] {
+                PairDecision::Miss => continue,
+                PairDecision::Hit { t_hi, .. } => t_hi,
                 // Round up to get an upper bound on t, so that the new far end does not exclude
                 // this hit itself.
-                match few.add((t as f32).next_up(), most, self.far) {
+                PairDecision::Undecided => match resolver.hit_undecided(&ray, &triangle, ids) {
+                    Some(t) => (t as f32).next_up(),
+                    None => continue,
+                },
+            };
+            pairs.push(self.id, LeafSlot((first + lane) as u32));
+            if let Some(few) = &mut self.few {
+                match few.add(t_hi, most, self.far) {
                     Some(far) => self.far = far,
                     None => pairs.is_full = true,
                 }
