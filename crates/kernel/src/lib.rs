@@ -135,8 +135,8 @@ pub mod internal {
             Quotients, SeenPlane, Side, Tier, attributes, attributes_from, attributes32, crossing,
             crossing_from, decide, decide_pair, decide_with_t, edge_side, facing, has_area, hit,
             hit_undecided, hit32, hits_in, hits_of_origin64, hits64, is_on, is_plain, known_order,
-            meets_same_feature, moment, order, order_by_coordinates, order_from,
-            subnormals_are_read, t, t_from, t_times,
+            moment, order, order_by_coordinates, order_from, shares_feature, subnormals_are_read,
+            t, t_from, t_times,
         };
     }
 }

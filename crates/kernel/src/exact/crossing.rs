@@ -31,7 +31,7 @@ pub fn crossing_from<S: Scalar>(
     by_integers(from, rule, ray, triangle, plain)
 }
 
-/// Returns whether a ray hits a triangle within its interval, for a pair that [`decide_pair`] has
+/// Returns whether a ray hits a triangle within its interval, for a pair that `decide_pair` has
 /// left undecided.
 pub fn hit_undecided<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     // For f32, integers do not use this.

@@ -76,7 +76,7 @@ pub(super) fn in_float<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &Triangl
     InFloat::Undecided { plain: true }
 }
 
-/// What f64 and its error bound decide about a ray and a triangle.
+/// What is decided about a ray and a triangle before integers of any width are needed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PairDecision {
     /// The ray does not hit the triangle within its interval.
@@ -92,7 +92,7 @@ pub enum PairDecision {
         /// opposite corner i + 1.
         edges: u8,
     },
-    /// The error bound decides nothing.
+    /// Not decided.
     Undecided,
 }
 

@@ -58,7 +58,8 @@ impl<X: Scalar> EightPairs<X> {
         self.rows[16][lane] = ray.t_max;
     }
 
-    /// Makes the same decisions as [`decide_pair`], for all lanes side by side.
+    /// Decides all lanes side by side, like [`decide_pair`](super::decide_pair), but also with 64-bit
+    /// integers where the error bound of f64 does not suffice.
     #[inline]
     pub fn decide(&self, level: Level, rule: Rule) -> [PairDecision; 8] {
         level.run(DecideEight { pairs: self, rule })

@@ -102,13 +102,11 @@ pub fn known_order<S: Scalar>(
         .or_else(|| shared_edge::is_met(ray, one, other).then_some(Ordering::Equal))
 }
 
-/// Returns whether a ray meets two triangles at a corner or an edge that they share, as far as the
-/// edges tell on which it is known to meet each of them ([`PairDecision::Hit`]).
-pub fn meets_same_feature<S: Scalar>(
-    one: (&TriangleOf<S>, u8),
-    other: (&TriangleOf<S>, u8),
-) -> bool {
-    shared_edge::is_same_feature(one, other)
+/// Returns whether the corner or the edge on which a ray meets one triangle also belongs to another.
+/// If the ray hits both, t is then the same. `edges` tells on which edges the ray is known to meet
+/// the first one ([`PairDecision::Hit`]); at least one bit must be set.
+pub fn shares_feature<S: Scalar>(one: &TriangleOf<S>, edges: u8, other: &TriangleOf<S>) -> bool {
+    shared_edge::has_feature(other, one, edges)
 }
 
 /// Returns the correctly rounded t of a triangle whose plane the ray's line meets in exactly one

@@ -67,9 +67,9 @@ fn split(row: &[f64; 8], odd: &mut [i64; 8], exponents: &mut [i64; 8]) {
         let zeros = u64::from(digits.trailing_zeros());
         let (digits, sign) = ((digits >> zeros) as i64, bits as i64 >> 63);
         // Negate the digits if the sign is -1.
-        odd[lane] = (digits ^ sign) - sign;
+        let digits = (digits ^ sign) - sign;
         let exponent = (size >> 52) as i64 - 1075 + zeros as i64;
-        exponents[lane] = if size == 0 { OF_ZERO } else { exponent };
+        (odd[lane], exponents[lane]) = if size == 0 { (0, OF_ZERO) } else { (digits, exponent) };
     }
 }
 
@@ -93,8 +93,8 @@ fn scale(odd: &mut [i64; 8], exponents: &[i64; 8], units: &[i64; 8]) {
 /// Returns the bound on errors below which the volume fits, given the exponent of its unit.
 #[inline(always)]
 fn limit(unit: i64) -> f64 {
-    // 2^62 units. If all numbers that make up a volume are 0, this may be any f64, and the volume
-    // is 0 as computed.
+    // 2^62 units. If there is no unit because all points or the direction are 0, this may be any
+    // f64, and the volume is 0 as computed.
     f64::from_bits(((1023 + 62 + unit) as u64) << 52)
 }
 
@@ -129,6 +129,30 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self) -> SignBits {
             signs::<S>(self.0, self.1)
+        }
+    }
+
+    /// Zeros of both signs have no unit of their own. All volumes are 0 if all points are, and U, V,
+    /// and W are 0 if the direction is.
+    #[test]
+    fn zeros_are_zeros() {
+        let triangle = [5.0, 0.0, -0.0, 0.0, 7.0, 1.0, 2.0, 2.0, 9.0, 1.0, 1.0, -0.0];
+        for (points, dir, zeros) in [
+            ([-0.0; 12], [1.0, -2.0, -0.0], 4),
+            ([0.0; 12], [-0.0, 0.0, -0.0], 4),
+            (triangle, [0.0, -0.0, 0.0], 3),
+        ] {
+            let mut rows = [[0.0; 8]; 15];
+            for (row, x) in rows.iter_mut().zip(points.iter().chain(&dir)) {
+                *row = [*x; 8];
+            }
+            for level in Level::all() {
+                let signs = level.run(In(&rows, &[[1e-300; 8]; 4]));
+                for [positive, negative, _] in &signs[..zeros] {
+                    assert_eq!((*positive, *negative), (0, 0), "{level:?}");
+                }
+                assert!(zeros == 4 || signs[3][2] == 0, "{level:?}");
+            }
         }
     }
 

@@ -32,8 +32,6 @@ pub struct ClosestHit {
     /// [`TriangleId::NONE`] before the first hit.
     pub(super) triangle: TriangleId,
     pub(super) slot: LeafSlot,
-    /// The edges on which the ray is known to meet the triangle ([`PairDecision::Hit`]).
-    pub(super) edges: u8,
 }
 
 impl ClosestHit {
@@ -46,7 +44,6 @@ impl ClosestHit {
             t_hi: t_max,
             triangle: TriangleId::NONE,
             slot: LeafSlot(0),
-            edges: 0,
         }
     }
 
@@ -92,7 +89,7 @@ impl ClosestHit {
             || t_hi < self.t_lo
             || t_lo <= self.t_hi && self.is_beaten_by(t, triangle, lane, pairs);
         if closer {
-            *self = Self { t, t_lo, t_hi, triangle, slot, edges: 0 };
+            *self = Self { t, t_lo, t_hi, triangle, slot };
         }
     }
 
@@ -126,7 +123,7 @@ impl ClosestHit {
     /// comes close and the exact value is needed.
     #[inline(always)]
     fn replace(&mut self, (t_lo, t_hi): (f32, f32), (triangle, slot): (TriangleId, LeafSlot)) {
-        *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot, edges: 0 };
+        *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
     }
 
     /// Offers a lane's hit whose interval of t overlaps that of the closest hit so far. `order` is
@@ -171,7 +168,7 @@ impl ClosestHit {
         self.offer_decided(pairs.decide(lane), new, lane, pairs);
     }
 
-    /// Offers a lane's pair for which f64 has made this decision.
+    /// Offers a lane's pair about which this is known.
     #[cold]
     #[inline(never)]
     pub(super) fn offer_decided(
@@ -195,18 +192,12 @@ impl ClosestHit {
                 } else if t_lo <= self.t_hi {
                     // Rays that meet several triangles exactly at a corner or an edge are common in
                     // regular models.
-                    let order = if edges != 0
-                        && pairs.meets_same_feature(lane, self.slot, [edges, self.edges])
-                    {
+                    let order = if edges != 0 && pairs.shares_feature(lane, edges, self.slot) {
                         Some(Ordering::Equal)
                     } else {
                         pairs.known_order(lane, self.slot)
                     };
                     self.offer_rival((t_lo, t_hi), order, new, lane, pairs);
-                }
-                // If this hit is now the closest, remember its edges.
-                if self.slot == new.1 {
-                    self.edges = edges;
                 }
             }
             PairDecision::Undecided => self.offer_doubtful(new, lane, pairs),
@@ -225,7 +216,7 @@ impl ClosestHit {
             // Both have the same t, so the index decides, and t is not needed.
             Some(Ordering::Equal) => {
                 if triangle < self.triangle && pairs.meets_undecided(lane) {
-                    (self.triangle, self.slot, self.edges) = (triangle, slot, 0);
+                    (self.triangle, self.slot) = (triangle, slot);
                 }
             }
             Some(Ordering::Less) | None => {
@@ -325,14 +316,26 @@ impl ClosestHit {
     ) {
         let decided = DecidedLanes::of(verdicts.lanes & !verdicts.hit, pairs);
         for lane in lanes_of(verdicts.lanes) {
-            let new = names(lane);
-            if let Some(decision) = decided.get(lane) {
-                self.offer_decided(decision, new, lane, pairs);
-            } else if verdicts.hit >> lane & 1 != 0 {
-                self.offer_near((verdicts.t_lo[lane], verdicts.t_hi[lane]), new, lane, pairs);
-            } else {
-                self.offer_undecided(new, lane, pairs);
-            }
+            self.offer_one(verdicts, &decided, names(lane), lane, pairs);
+        }
+    }
+
+    /// Offers the verdict on one lane.
+    #[inline(always)]
+    pub(super) fn offer_one(
+        &mut self,
+        verdicts: &OneByOne<'_>,
+        decided: &DecidedLanes,
+        new: (TriangleId, LeafSlot),
+        lane: usize,
+        pairs: &impl LanePairs,
+    ) {
+        if let Some(decision) = decided.get(lane) {
+            self.offer_decided(decision, new, lane, pairs);
+        } else if verdicts.hit >> lane & 1 != 0 {
+            self.offer_near((verdicts.t_lo[lane], verdicts.t_hi[lane]), new, lane, pairs);
+        } else {
+            self.offer_undecided(new, lane, pairs);
         }
     }
 
@@ -356,11 +359,11 @@ impl ClosestHit {
 }
 
 /// The filter's verdicts on lanes, stored so that they can be processed one by one.
-struct OneByOne<'a> {
-    lanes: u32,
-    hit: u32,
-    t_lo: &'a [f32],
-    t_hi: &'a [f32],
+pub(super) struct OneByOne<'a> {
+    pub(super) lanes: u32,
+    pub(super) hit: u32,
+    pub(super) t_lo: &'a [f32],
+    pub(super) t_hi: &'a [f32],
 }
 
 /// Returns the index and the slot of the triangle in a lane of a block. `slot` is the slot of the
@@ -380,119 +383,4 @@ fn least(of: &[f32; 8]) -> f32 {
 }
 
 #[cfg(test)]
-mod tests {
-    use core::cmp::Ordering;
-
-    use super::{ClosestHit, LanePairs};
-    use crate::exact::PairDecision;
-    use crate::resolve::Resolver;
-    use crate::{LeafSlot, Ray, RayId, Triangle, TriangleId};
-
-    fn names(i: u32) -> (TriangleId, LeafSlot) {
-        (TriangleId(i), LeafSlot(i))
-    }
-
-    /// The far end of a ray, and the t of each of its hits. The slot of a hit is its index.
-    struct FixedHits(f32, Vec<f64>);
-
-    impl LanePairs for FixedHits {
-        fn resolver(&self) -> Resolver<'_> {
-            Resolver::Document(0.0)
-        }
-        fn ray(&self, _: usize) -> Ray {
-            Ray::new([0.0; 3], [0.0; 3])
-        }
-        fn triangle(&self, _: usize) -> Triangle {
-            Triangle([[0.0; 3]; 3])
-        }
-        fn ids(&self, _: usize) -> (RayId, LeafSlot) {
-            (RayId(0), LeafSlot(0))
-        }
-        fn find(&self, _: LeafSlot) -> Triangle {
-            Triangle([[0.0; 3]; 3])
-        }
-        fn decide(&self, _: usize) -> PairDecision {
-            PairDecision::Undecided
-        }
-        fn hit_undecided(&self, lane: usize) -> Option<f64> {
-            Some(self.1[lane]).filter(|&t| t < f64::from(self.0))
-        }
-        fn t(&self, lane: usize) -> f64 {
-            self.1[lane]
-        }
-        fn t_in(&self, _: usize, slot: LeafSlot) -> f64 {
-            self.1[slot.0 as usize]
-        }
-        fn order(&self, _: usize, _: LeafSlot) -> Ordering {
-            Ordering::Equal
-        }
-        fn order_by_coordinates(&self, _: usize, _: LeafSlot) -> Option<Ordering> {
-            None
-        }
-        fn known_order(&self, _: usize, _: LeafSlot) -> Option<Ordering> {
-            None
-        }
-        fn meets_same_feature(&self, _: usize, _: LeafSlot, _: [u8; 2]) -> bool {
-            false
-        }
-    }
-
-    #[test]
-    fn the_lower_index_wins_a_tie_in_any_order() {
-        let t = [2.0, 1.0, 1.0, 1.0 + 1e-12];
-        let pairs = FixedHits(f32::INFINITY, t.to_vec());
-        for order in [[0, 1, 2, 3], [3, 2, 1, 0], [2, 0, 3, 1], [1, 3, 0, 2]] {
-            let mut closest = ClosestHit::new(f32::INFINITY);
-            for i in order {
-                let wide = (t[i as usize] as f32 - 0.1, t[i as usize] as f32 + 0.1);
-                closest.offer_near(wide, names(i), i as usize, &pairs);
-            }
-            assert_eq!(closest.triangle(), Some(names(1)), "{order:?}");
-        }
-    }
-
-    /// A pair for which f64 proves a hit, but no useful bounds on t.
-    struct HitAnywhere(FixedHits);
-
-    impl LanePairs for HitAnywhere {
-        fn resolver(&self) -> Resolver<'_> {
-            self.0.resolver()
-        }
-        fn ray(&self, lane: usize) -> Ray {
-            self.0.ray(lane)
-        }
-        fn triangle(&self, lane: usize) -> Triangle {
-            self.0.triangle(lane)
-        }
-        fn ids(&self, lane: usize) -> (RayId, LeafSlot) {
-            self.0.ids(lane)
-        }
-        fn find(&self, slot: LeafSlot) -> Triangle {
-            self.0.find(slot)
-        }
-        fn decide(&self, _: usize) -> PairDecision {
-            PairDecision::HIT_ANYWHERE
-        }
-        fn t(&self, lane: usize) -> f64 {
-            self.0.t(lane)
-        }
-    }
-
-    /// The traversal leaves out boxes beyond `t_hi`, so the first hit must always bound it.
-    #[test]
-    fn the_first_hit_bounds_t() {
-        let mut closest = ClosestHit::new(f32::INFINITY);
-        let pairs = HitAnywhere(FixedHits(f32::INFINITY, vec![2.0]));
-        closest.offer_undecided(names(0), 0, &pairs);
-        assert_eq!((closest.triangle(), closest.t_hi()), (Some(names(0)), 2.0));
-    }
-
-    #[test]
-    fn the_far_end_is_open() {
-        let mut closest = ClosestHit::new(1.0);
-        closest.offer_near((0.9, 1.1), names(0), 0, &FixedHits(1.0, vec![1.0]));
-        assert_eq!(closest.triangle(), None);
-        closest.offer_near((0.9, 1.1), names(0), 0, &FixedHits(1.0, vec![1.0 - 1e-12]));
-        assert_eq!(closest.triangle(), Some(names(0)));
-    }
-}
+mod tests;

@@ -1,12 +1,12 @@
 //! The closest hits of N rays so far, in lanes.
 
-use super::closest_hit::ClosestHit;
+use super::closest_hit::{ClosestHit, OneByOne};
 use super::lane_pairs::{DecidedLanes, LanePairs};
 use crate::document::Tri;
 use crate::exact;
 use crate::filter::Verdicts;
 use crate::packet::{PacketHits, RayPacket};
-use crate::resolve::Resolver;
+use crate::resolve::{Resolver, SEVERAL};
 use crate::simd::Vec3;
 use crate::simd::{Lanes, Mask, lanes_of};
 use crate::{LeafSlot, RayId, Triangle, TriangleId, TriangleOf};
@@ -76,7 +76,6 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
             t_hi: get::<F, N>(self.t_hi, lane),
             triangle: TriangleId(get::<F, N>(self.triangle, lane).to_bits()),
             slot: LeafSlot(get::<F, N>(self.slot, lane).to_bits()),
-            edges: 0,
         }
     }
 
@@ -97,7 +96,6 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
                 t_hi: t_hi[i],
                 triangle: TriangleId(triangle[i].to_bits()),
                 slot: LeafSlot(slot[i].to_bits()),
-                edges: 0,
             },
         )
     }
@@ -197,21 +195,57 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         self.slot = F::select(wins, F::splat(f32::from_bits(slot.0)), self.slot);
         self.known &= !wins.bits();
 
-        // Process the other lanes one by one.
+        // Process the other lanes one by one. Reading and writing a single lane takes as long as
+        // doing so for all of them.
         let others = verdicts.lanes() & !wins.bits();
-        if others == 0 {
-            return;
-        }
-        let decided = DecidedLanes::of(verdicts.undecided, pairs);
-        for lane in lanes_of(others) {
-            let mut closest = self.lane(lane);
-            if let Some(decision) = decided.get(lane) {
-                closest.offer_decided(decision, (triangle, slot), lane, pairs);
-            } else {
+        if others.count_ones() < SEVERAL {
+            for lane in lanes_of(others) {
+                let mut closest = self.lane(lane);
                 closest.offer_lane(verdicts, (triangle, slot), lane, pairs);
+                self.set(lane, &closest);
             }
-            self.set(lane, &closest);
+        } else {
+            let (mut t_lo, mut t_hi) = ([0.0; N], [0.0; N]);
+            verdicts.t_lo.store(&mut t_lo);
+            verdicts.t_hi.store(&mut t_hi);
+            let mut all = self.lanes();
+            let others = OneByOne { lanes: others, hit: verdicts.hit, t_lo: &t_lo, t_hi: &t_hi };
+            offer_to_each(&mut all, &others, (triangle, slot), pairs);
+            self.set_all(&all);
         }
+    }
+
+    /// Sets the closest hits of all lanes.
+    #[inline(always)]
+    fn set_all(&mut self, all: &[ClosestHit; N]) {
+        let (mut rows, mut known) = ([[0.0; N]; 4], 0);
+        for (i, closest) in all.iter().enumerate() {
+            (rows[0][i], rows[1][i]) = (closest.t_lo, closest.t_hi);
+            rows[2][i] = f32::from_bits(closest.triangle.0);
+            rows[3][i] = f32::from_bits(closest.slot.0);
+            self.t[i] = closest.t;
+            known |= u32::from(!closest.t.is_nan()) << i;
+        }
+        let [t_lo, t_hi, triangle, slot] = &rows;
+        (self.t_lo, self.t_hi) = (F::load(t_lo), F::load(t_hi));
+        (self.triangle, self.slot) = (F::load(triangle), F::load(slot));
+        self.known = known;
+    }
+}
+
+/// Offers the verdicts on one triangle to the lanes that they concern. The function is out of line
+/// to keep registers free for the common case.
+#[cold]
+#[inline(never)]
+fn offer_to_each<const N: usize>(
+    all: &mut [ClosestHit; N],
+    verdicts: &OneByOne<'_>,
+    names: (TriangleId, LeafSlot),
+    pairs: &impl LanePairs,
+) {
+    let decided = DecidedLanes::of(verdicts.lanes & !verdicts.hit, pairs);
+    for lane in lanes_of(verdicts.lanes) {
+        all[lane].offer_one(verdicts, &decided, names, lane, pairs);
     }
 }
 

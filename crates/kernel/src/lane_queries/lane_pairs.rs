@@ -93,13 +93,13 @@ pub(crate) trait LanePairs {
         self.resolver().order_by_coordinates(pair, (ray, [here, slot]))
     }
 
-    /// Returns whether the lane's ray has the same t for the lane's triangle and the one in a slot, as
-    /// far as the edges tell on which it is known to meet them.
+    /// Returns whether the corner or the edge on which the lane's ray meets the lane's triangle also
+    /// belongs to the triangle in a slot. If the ray hits both, t is then the same.
     #[inline(always)]
-    fn meets_same_feature(&self, lane: usize, slot: LeafSlot, edges: [u8; 2]) -> bool {
+    fn shares_feature(&self, lane: usize, edges: u8, slot: LeafSlot) -> bool {
         let (ray, here) = self.ids(lane);
         let pair = || [self.triangle(lane), self.find(slot)];
-        self.resolver().meets_same_feature(pair, (ray, [here, slot]), edges)
+        self.resolver().shares_feature(pair, edges, (ray, [here, slot]))
     }
 
     /// Returns which of two triangles, the lane's own or the one in a slot, comes first on the

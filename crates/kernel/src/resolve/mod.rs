@@ -99,7 +99,6 @@ impl<'a> Resolver<'a> {
         pair: impl Fn(usize) -> (Ray, Triangle, (RayId, LeafSlot)),
     ) -> [PairDecision; 16] {
         let mut decisions = [PairDecision::Undecided; 16];
-        let mut rest = lanes;
         if lanes.count_ones() < SEVERAL {
             for lane in lanes_of(lanes) {
                 let (ray, triangle, ids) = pair(lane);
@@ -107,23 +106,35 @@ impl<'a> Resolver<'a> {
             }
             return decisions;
         }
+        let mut rest = lanes;
         while rest != 0 {
-            let (mut eight, mut numbers) = (EightPairs::new(), [0; 8]);
-            let (mut ids, mut count) = ([(RayId(0), LeafSlot(0)); 8], 0);
+            let (mut eight, mut count) = ([0; 8], 0);
             for lane in lanes_of(rest).take(8) {
-                let (ray, triangle, names) = pair(lane);
-                eight.set(count, &ray, &triangle);
-                (numbers[count], ids[count]) = (lane, names);
+                eight[count] = lane;
                 count += 1;
                 rest &= rest - 1;
             }
             let some = match self {
                 Self::Document(_) => return decisions,
-                Self::Exact(rule) => eight.decide(Level::best(), rule),
-                Self::Originals(originals) => originals.decide_eight(&ids[..count]),
+                Self::Exact(rule) => {
+                    let mut pairs = EightPairs::new();
+                    for (i, &lane) in eight[..count].iter().enumerate() {
+                        let (ray, triangle, _) = pair(lane);
+                        pairs.set(i, &ray, &triangle);
+                    }
+                    // Decisions hardly depend on the level, and answers do not depend on it.
+                    pairs.decide(Level::best(), rule)
+                }
+                Self::Originals(originals) => {
+                    let mut ids = [(RayId(0), LeafSlot(0)); 8];
+                    for (ids, &lane) in ids.iter_mut().zip(&eight[..count]) {
+                        *ids = pair(lane).2;
+                    }
+                    originals.decide_eight(&ids[..count])
+                }
             };
-            for (lane, decision) in numbers[..count].iter().zip(some) {
-                decisions[*lane] = decision;
+            for (&lane, decision) in eight[..count].iter().zip(some) {
+                decisions[lane] = decision;
             }
         }
         decisions
@@ -316,23 +327,21 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Returns whether a ray has the same t for two triangles, as far as the edges tell on which it is
-    /// known to meet each of them ([`PairDecision::Hit`]).
+    /// Returns whether the corner or the edge on which a ray meets one triangle also belongs to the
+    /// other. `edges` tells on which edges the ray meets the first one ([`PairDecision::Hit`]).
     #[inline(always)]
-    pub fn meets_same_feature(
+    pub fn shares_feature(
         self,
         pair: impl FnOnce() -> [Triangle; 2],
+        edges: u8,
         (ray, [one, other]): (RayId, [LeafSlot; 2]),
-        [one_edges, other_edges]: [u8; 2],
     ) -> bool {
         match self {
             Self::Exact(_) => {
-                let [a, b] = pair();
-                crate::exact::meets_same_feature((&a, one_edges), (&b, other_edges))
+                let [one, other] = pair();
+                crate::exact::shares_feature(&one, edges, &other)
             }
-            Self::Originals(originals) => {
-                originals.meets_same_feature(ray, (one, one_edges), (other, other_edges))
-            }
+            Self::Originals(originals) => originals.shares_feature(ray, (one, edges), other),
             Self::Document(_) => false,
         }
     }

@@ -17,7 +17,8 @@ pub trait Originals: fmt::Debug + Sync {
     /// traversal.
     fn decide(&self, ray: RayId, slot: LeafSlot) -> PairDecision;
 
-    /// Like [`Originals::decide`], but for up to eight pairs. The other elements are meaningless.
+    /// Like [`Originals::decide`], but for up to eight pairs, and also with 64-bit integers. The other
+    /// elements are meaningless.
     fn decide_eight(&self, pairs: &[(RayId, LeafSlot)]) -> [PairDecision; 8];
 
     /// Returns whether the ray hits the triangle within its interval, for a pair that
@@ -45,9 +46,9 @@ pub trait Originals: fmt::Debug + Sync {
     /// the ray misses one of the triangles, the result is meaningless.
     fn known_order(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> Option<Ordering>;
 
-    /// Returns whether the ray has the same t for two triangles, as far as the edges tell on which it
-    /// is known to meet each of them.
-    fn meets_same_feature(&self, ray: RayId, one: (LeafSlot, u8), other: (LeafSlot, u8)) -> bool;
+    /// Returns whether the corner or the edge on which the ray meets the first triangle, given by its
+    /// edges, also belongs to the other.
+    fn shares_feature(&self, ray: RayId, one: (LeafSlot, u8), other: LeafSlot) -> bool;
 
     /// Returns the side from which the ray crosses the triangle within its interval, if it does.
     fn crossing(&self, ray: RayId, slot: LeafSlot) -> Option<Side>;

@@ -397,9 +397,9 @@ impl Originals for CopiedRays<'_> {
         exact::known_order(ray, one, other)
     }
 
-    fn meets_same_feature(&self, ray: RayId, one: (LeafSlot, u8), other: (LeafSlot, u8)) -> bool {
-        let ((_, a), (_, b)) = (self.pair(ray, one.0), self.pair(ray, other.0));
-        exact::meets_same_feature((a, one.1), (b, other.1))
+    fn shares_feature(&self, ray: RayId, (one, edges): (LeafSlot, u8), other: LeafSlot) -> bool {
+        let ((_, one), (_, other)) = (self.pair(ray, one), self.pair(ray, other));
+        exact::shares_feature(one, edges, other)
     }
 
     fn starts_on(&self, ray: RayId, slot: LeafSlot) -> bool {
