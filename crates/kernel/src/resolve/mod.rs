@@ -148,8 +148,15 @@ impl<'a> Resolver<'a> {
         lanes: u32,
         pair: impl Fn(usize) -> (Ray, Triangle, (RayId, LeafSlot)),
     ) -> u32 {
-        let decisions = self.decide_lanes(lanes, &pair);
         let mut hits = 0;
+        if lanes.count_ones() < SEVERAL {
+            for lane in lanes_of(lanes) {
+                let (ray, triangle, ids) = pair(lane);
+                hits |= u32::from(self.meets(&ray, &triangle, ids)) << lane;
+            }
+            return hits;
+        }
+        let decisions = self.decide_lanes(lanes, &pair);
         for lane in lanes_of(lanes) {
             let meets = match decisions[lane] {
                 PairDecision::Miss => false,
