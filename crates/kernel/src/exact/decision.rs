@@ -59,10 +59,10 @@ pub(super) fn in_float<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &Triangl
     if !is_plain(ray, triangle) {
         return InFloat::Undecided { plain: false };
     }
-    if runs_along(ray, triangle) {
+    let corners = triangle.0.map(|corner| Vec3::<f64>::splat(corner.map(Into::into)));
+    if float::runs_along(Vec3::splat(ray.dir.map(Into::into)), corners) {
         return InFloat::Miss;
     }
-    let corners = triangle.0.map(|corner| Vec3::<f64>::splat(corner.map(Into::into)));
     let (Decided { miss, closed, inside, leaves, .. }, t) =
         float::decide_with_t(corners, &RayLanes::of_ray(ray));
     if miss {
@@ -141,15 +141,6 @@ pub(crate) fn f32_bounds(t: f64) -> (f32, f32) {
     // `near` is the f32 nearest to t. If it is above t, its lower neighbour is below t, and vice
     // versa.
     (if near64 > t { t_lo } else { near }, if near64 < t { t_hi } else { near })
-}
-
-/// Returns whether a triangle is perpendicular to an axis and the ray runs parallel to its plane.
-/// If so, D is 0, and the ray does not intersect the triangle. This case is common for walls and
-/// floors. All volumes may be 0 in this case, which only integers could prove.
-#[inline(always)]
-fn runs_along<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
-    let [a, b, c] = triangle.0;
-    (0..3).any(|k| ray.dir[k] == S::ZERO && a[k] == b[k] && b[k] == c[k])
 }
 
 #[cfg(test)]

@@ -126,7 +126,7 @@ impl<X: Scalar> WithSimd for DecideEight<'_, X> {
                 if open & plain == 0 { None } else { Some(pairs.wrapped_signs::<S>(bounds)) }
             },
         );
-        let miss = (decided.miss | run_along(dir, corners)).bits() & plain;
+        let miss = (decided.miss | float::runs_along(dir, corners)).bits() & plain;
         let hit = if rule == Rule::Closed { decided.closed } else { decided.inside };
         let hit = hit.bits() & plain & !miss;
         let (mut t_lo, mut t_hi) = ([0.0; 8], [0.0; 8]);
@@ -146,17 +146,6 @@ impl<X: Scalar> WithSimd for DecideEight<'_, X> {
         }
         decisions
     }
-}
-
-/// Returns the lanes in which a triangle is perpendicular to an axis and the ray runs parallel to
-/// its plane, so that D is 0.
-#[inline(always)]
-fn run_along<D: Lanes<Scalar = f64>>(dir: Vec3<D>, [a, b, c]: [Vec3<D>; 3]) -> D::Mask {
-    let zero = D::splat(0.0);
-    let x = dir.x.abs().le(zero) & a.x.le(b.x) & b.x.le(c.x) & c.x.le(a.x);
-    let y = dir.y.abs().le(zero) & a.y.le(b.y) & b.y.le(c.y) & c.y.le(a.y);
-    let z = dir.z.abs().le(zero) & a.z.le(b.z) & b.z.le(c.z) & c.z.le(a.z);
-    x | y | z
 }
 
 #[cfg(test)]

@@ -203,6 +203,18 @@ pub(super) fn decide_refined<D: Lanes<Scalar = f64>>(
     (decided, quotient_bounds(&num, &den))
 }
 
+/// Returns the lanes in which the triangle is perpendicular to an axis and the ray runs parallel to
+/// its plane. D is then 0, and the ray does not hit the triangle. This case is common for walls and
+/// floors. All volumes may be 0 in this case, which only integers could prove.
+#[inline(always)]
+pub(super) fn runs_along<D: Lanes<Scalar = f64>>(dir: Vec3<D>, [a, b, c]: [Vec3<D>; 3]) -> D::Mask {
+    let zero = D::splat(0.0);
+    let x = dir.x.abs().le(zero) & a.x.le(b.x) & b.x.le(c.x) & c.x.le(a.x);
+    let y = dir.y.abs().le(zero) & a.y.le(b.y) & b.y.le(c.y) & c.y.le(a.y);
+    let z = dir.z.abs().le(zero) & a.z.le(b.z) & b.z.le(c.z) & c.z.le(a.z);
+    x | y | z
+}
+
 /// Returns bounds on `num / den`, both of which must be positive. If the error of `den` may be as
 /// large as `den`, there is no upper bound, and the second number is negative or infinite.
 #[inline(always)]

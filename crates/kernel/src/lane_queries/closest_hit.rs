@@ -168,7 +168,7 @@ impl ClosestHit {
         self.offer_decided(pairs.decide(lane), new, lane, pairs);
     }
 
-    /// Offers a lane's pair about which this is known.
+    /// Offers a lane's pair about which this has been decided.
     #[cold]
     #[inline(never)]
     pub(super) fn offer_decided(

@@ -316,7 +316,8 @@ impl<'a> Resolver<'a> {
     }
 
     /// Returns which of two triangles the ray hits first, if that is known without computing t:
-    /// because of their coordinates, or because the ray meets them where they touch. If the ray misses one of the triangles, the result is meaningless.
+    /// because of their coordinates, or because the ray meets them where they touch. If the ray
+    /// misses one of the triangles, the result is meaningless.
     #[inline(always)]
     pub fn known_order(
         self,
