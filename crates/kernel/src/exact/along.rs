@@ -3,12 +3,12 @@
 
 use core::cmp::Ordering;
 
-use super::input::{is_plain, pair};
+use super::input::is_plain;
 use super::int::Int;
 use super::numbers::{Numbers, Pair, Scales};
 use super::one_pair::{self, Intersection};
 use super::quotient::{Quotient, pow2};
-use super::tier::{Tier, at_tier, is_f64};
+use super::tier::{Tier, at_tier};
 use crate::{RayOf, Scalar, TriangleOf};
 
 /// Returns the correctly rounded t of a triangle whose plane the ray's line intersects in one
@@ -55,12 +55,10 @@ fn t_by_integers<S: Scalar>(
     triangle: &TriangleOf<S>,
     exponent: i32,
 ) -> f64 {
-    let pair = pair(ray, triangle);
-    let scales = pair.scales();
+    let [t, ..] = Ratio::of_pair(from, &Pair::new(ray, triangle), 0b001);
     // Scaling by a power of two comes before the only rounding, so the result is rounded once even
     // if it is subnormal.
-    let (tier, exponent) = (from.max(scales.tier()), scales.of_t() + exponent);
-    at_tier!(S, tier, t::<S, C, N, V>(&pair, scales, exponent))
+    t.times_pow2(exponent).to_f64()
 }
 
 /// Returns the correctly rounded t, u and v of a triangle whose plane the ray's line intersects in
@@ -112,23 +110,24 @@ pub(super) const NORMAL: f64 = 2.0 * f32::MIN_POSITIVE as f64;
 #[cold]
 #[inline(never)]
 fn attributes32_by_integers<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> [f32; 3] {
-    let pair = pair(ray, triangle);
-    let scales = pair.scales();
-    at_tier!(S, scales.tier(), attributes_in_f32::<S, C, N, V>(&pair, scales))
+    Ratio::of_pair(Tier::Float, &Pair::new(ray, triangle), 0b111).map(Ratio::to_f32)
 }
 
 /// Returns the exact order in which a ray hits two triangles. The computation starts at the given
 /// tier of integers.
-#[inline(never)]
 pub fn order_from<S: Scalar>(
     from: Tier,
     ray: &RayOf<S>,
     one: &TriangleOf<S>,
     other: &TriangleOf<S>,
 ) -> Ordering {
-    let (a, b) = (pair(ray, one), pair(ray, other));
-    let scales = a.scales_with(other.0);
-    at_tier!(S, from.max(scales.tier()), order::<S, C, N, V, P>(&a, &b, scales))
+    order_by_integers(from, &Pair::new(ray, one), &Pair::new(ray, other))
+}
+
+#[inline(never)]
+fn order_by_integers(from: Tier, one: &Pair, other: &Pair) -> Ordering {
+    let scales = one.scales_with(other);
+    at_tier!(from.max(scales.tier()), order::<C, N, V, P>(one, other, scales))
 }
 
 /// Computes, in integers, whichever of t, u and v are not yet known. A weight of 0, at a point on
@@ -140,71 +139,73 @@ fn attributes_by_integers<S: Scalar>(
     triangle: &TriangleOf<S>,
     known: ([f64; 3], u32),
 ) -> (f64, f64, f64) {
-    let pair = pair(ray, triangle);
-    let scales = pair.scales();
-    at_tier!(S, from.max(scales.tier()), attributes::<S, C, N, V>(&pair, scales, known))
+    let (known, sure) = known;
+    let ratios = Ratio::of_pair(from, &Pair::new(ray, triangle), !sure);
+    let number = |i: usize| if sure >> i & 1 != 0 { known[i] } else { ratios[i].to_f64() };
+    (number(0), number(1), number(2))
 }
 
-fn t<S: Scalar, const C: usize, const N: usize, const V: usize>(
-    pair: &Pair<S>,
-    scales: Scales,
-    exponent: i32,
-) -> f64 {
-    let numbers = Numbers::<C, N, V>::new(pair, scales);
-    let [u, v, w] = numbers.edges();
-    ratio(&numbers.volume(), &(u + v + w), exponent)
+/// A quotient of two integers with its sign.
+#[derive(Clone, Copy)]
+struct Ratio {
+    /// The magnitude, or `None` if the quotient is 0.
+    size: Option<Quotient>,
+    is_negative: bool,
 }
 
-fn attributes<S: Scalar, const C: usize, const N: usize, const V: usize>(
-    pair: &Pair<S>,
-    scales: Scales,
-    (known, sure): ([f64; 3], u32),
-) -> (f64, f64, f64) {
-    let numbers = Numbers::<C, N, V>::new(pair, scales);
-    let [u, v, w] = numbers.edges();
-    let den = u + v + w;
-    let is_sure = |i: usize| sure >> i & 1 != 0;
-    let t = if is_sure(0) { known[0] } else { ratio(&numbers.volume(), &den, scales.of_t()) };
-    let weight = |i: usize, num| if is_sure(i) { known[i] } else { ratio(num, &den, 0) };
-    (t, weight(1, &v), weight(2, &w))
-}
-
-fn attributes_in_f32<S: Scalar, const C: usize, const N: usize, const V: usize>(
-    pair: &Pair<S>,
-    scales: Scales,
-) -> [f32; 3] {
-    let numbers = Numbers::<C, N, V>::new(pair, scales);
-    let [u, v, w] = numbers.edges();
-    let den = u + v + w;
-    let ratio = |num: &Int<V>, exponent| {
-        if num.sign().is_eq() {
-            return 0.0;
-        }
-        let size = Quotient::new(&num.size(), &den.size(), exponent).to_f32();
-        // A result of 0 is always positive.
-        if num.sign() == den.sign() || size == 0.0 { size } else { -size }
-    };
-    [ratio(&numbers.volume(), scales.of_t()), ratio(&v, 0), ratio(&w, 0)]
-}
-
-/// Returns `num / den * 2^exponent`, rounded once.
-fn ratio<const V: usize>(num: &Int<V>, den: &Int<V>, exponent: i32) -> f64 {
-    // Return a positive 0, as every tier does.
-    if num.sign().is_eq() {
-        return 0.0;
+impl Ratio {
+    /// Returns t, u, and v of a pair. Bit i of `wanted` is set if the i-th is needed; the others are
+    /// 0. The computation starts at the given tier.
+    #[inline(never)]
+    fn of_pair(from: Tier, pair: &Pair, wanted: u32) -> [Self; 3] {
+        let scales = pair.scales();
+        at_tier!(from.max(scales.tier()), ratios::<C, N, V>(pair, scales, wanted))
     }
-    let size = Quotient::new(&num.size(), &den.size(), exponent).to_f64();
-    if num.sign() == den.sign() { size } else { -size }
+
+    /// Multiplies by a power of two.
+    fn times_pow2(self, exponent: i32) -> Self {
+        Self { size: self.size.map(|size| size.times_pow2(exponent)), ..self }
+    }
+
+    /// Rounds to the nearest f64.
+    fn to_f64(self) -> f64 {
+        // Return a positive 0, as every tier does.
+        let size = self.size.map_or(0.0, Quotient::to_f64);
+        if self.is_negative { -size } else { size }
+    }
+
+    /// Rounds to the nearest f32.
+    fn to_f32(self) -> f32 {
+        let size = self.size.map_or(0.0, Quotient::to_f32);
+        // A result of 0 is always positive.
+        if self.is_negative && size != 0.0 { -size } else { size }
+    }
+}
+
+fn ratios<const C: usize, const N: usize, const V: usize>(
+    pair: &Pair,
+    scales: Scales,
+    wanted: u32,
+) -> [Ratio; 3] {
+    let numbers = Numbers::<C, N, V>::new(pair, scales);
+    let [u, v, w] = numbers.edges();
+    let den = u + v + w;
+    let over_den = |i: u32, num: Int<V>, exponent| {
+        let some = wanted >> i & 1 != 0 && num.sign().is_ne();
+        let size = some.then(|| Quotient::new(&num.size(), &den.size(), exponent));
+        Ratio { size, is_negative: some && num.sign() != den.sign() }
+    };
+    [over_den(0, numbers.volume(), scales.of_t()), over_den(1, v, 0), over_den(2, w, 0)]
 }
 
 /// Compares the values of t for two triangles by cross-multiplying with the denominators. At common
 /// scales, both quotients are multiplied by the same power of two, which cancels.
-fn order<S: Scalar, const C: usize, const N: usize, const V: usize, const P: usize>(
-    one: &Pair<S>,
-    other: &Pair<S>,
+fn order<const C: usize, const N: usize, const V: usize, const P: usize>(
+    one: &Pair,
+    other: &Pair,
     scales: Scales,
 ) -> Ordering {
-    let t = |pair: &Pair<S>| {
+    let t = |pair: &Pair| {
         let numbers = Numbers::<C, N, V>::new(pair, scales);
         let [u, v, w] = numbers.edges();
         (numbers.volume(), u + v + w)

@@ -1,8 +1,7 @@
 //! Decides exactly whether a triangle has a nonzero area, even if its normal is 0 in f64.
 
 use super::input::is_finite;
-use super::numbers::{Numbers, Pair, Scales};
-use super::tier::{Tier, at_tier, is_f64};
+use super::numbers::Pair;
 use crate::{RayOf, Scalar, TriangleOf};
 
 /// Returns whether the area of a finite triangle is nonzero, however small. If it is 0, the
@@ -23,18 +22,7 @@ pub fn has_area<S: Scalar>(triangle: &TriangleOf<S>) -> bool {
     (0..3).any(|axis| {
         let mut dir = [S::ZERO; 3];
         dir[axis] = S::ONE;
-        let pair = Pair { origin: c1, dir, corners: triangle.0 };
-        let scales = pair.scales();
-        is_finite(&RayOf::new(c1, dir), triangle)
-            && at_tier!(S, scales.tier(), leans::<S, C, N, V>(&pair, scales))
+        let ray = RayOf::new(c1, dir);
+        is_finite(&ray, triangle) && Pair::new(&ray, triangle).plane_signs().1.is_ne()
     })
-}
-
-/// Returns whether D is nonzero.
-fn leans<S: Scalar, const C: usize, const N: usize, const V: usize>(
-    pair: &Pair<S>,
-    scales: Scales,
-) -> bool {
-    let [u, v, w] = Numbers::<C, N, V>::new(pair, scales).edges();
-    !(u + v + w).sign().is_eq()
 }

@@ -3,7 +3,7 @@
 use core::cmp::Ordering;
 
 use super::decision::{InFloat, Rule, Side, in_float};
-use super::input::{is_finite, is_plain, pair};
+use super::input::{is_finite, is_plain};
 use super::interval::Interval;
 use super::numbers::{Numbers, Pair, Scales};
 use super::one_pair;
@@ -82,7 +82,7 @@ fn by_integers<S: Scalar>(
     if !is_finite(ray, triangle) {
         return None;
     }
-    let pair = pair(ray, triangle);
+    let pair = Pair::new(ray, triangle);
     let scales = pair.scales();
     let tier = from.max(scales.tier());
     if const { is_f64::<S>() }
@@ -93,14 +93,25 @@ fn by_integers<S: Scalar>(
     {
         return decided;
     }
-    at_tier!(S, tier, crossing::<S, C, N, V>(rule, &pair, scales, interval))
+    crossing_at(tier, rule, &pair, scales, interval)
 }
 
-fn crossing<S: Scalar, const C: usize, const N: usize, const V: usize>(
+#[inline(never)]
+fn crossing_at(
+    tier: Tier,
     rule: Rule,
-    pair: &Pair<S>,
+    pair: &Pair,
     scales: Scales,
-    interval: Interval<S>,
+    interval: Interval,
+) -> Option<Side> {
+    at_tier!(tier, crossing::<C, N, V>(rule, pair, scales, interval))
+}
+
+fn crossing<const C: usize, const N: usize, const V: usize>(
+    rule: Rule,
+    pair: &Pair,
+    scales: Scales,
+    interval: Interval,
 ) -> Option<Side> {
     let numbers = Numbers::<C, N, V>::new(pair, scales);
     let (edges, num) = (numbers.edges(), numbers.volume());

@@ -62,68 +62,81 @@ impl<X: Scalar> EightPairs<X> {
     /// integers where the error bound of f64 does not suffice.
     #[inline]
     pub fn decide(&self, level: Level, rule: Rule) -> [PairDecision; 8] {
-        level.run(DecideEight { pairs: self, rule })
-    }
-
-    /// Returns the signs that integers find, given bounds on the errors of f64.
-    #[inline(always)]
-    fn wrapped_signs<S: Simd>(&self, bounds: [S::F64x8; 4]) -> Signs<<S::F64x8 as Lanes>::Mask> {
-        let (mut rows, mut errors) = ([[0.0; 8]; 15], [[0.0; 8]; 4]);
-        for (i, row) in rows.iter_mut().enumerate() {
-            self.row::<S::F64x8>(i).store(row);
-        }
-        for (errors, bound) in errors.iter_mut().zip(bounds) {
-            bound.store(errors);
-        }
-        let signs = wrapping::signs::<S>(&rows, &errors);
-        let mut volumes = [[<S::F64x8 as Lanes>::Mask::from_bits(0); 3]; 4];
-        for (masks, bits) in volumes.iter_mut().zip(signs) {
-            for (mask, bits) in masks.iter_mut().zip(bits) {
-                *mask = Mask::from_bits(bits);
-            }
-        }
-        Signs { volumes }
-    }
-
-    /// Loads three rows.
-    #[inline(always)]
-    fn vec3<D: Lanes<Scalar = f64>>(&self, first: usize) -> Vec3<D> {
-        Vec3 { x: self.row(first), y: self.row(first + 1), z: self.row(first + 2) }
-    }
-
-    /// Loads a row.
-    #[inline(always)]
-    fn row<D: Lanes<Scalar = f64>>(&self, i: usize) -> D {
-        if const { is_f64::<X>() } {
-            D::load(bytemuck::cast_slice(&self.rows[i]))
+        let rows = if const { is_f64::<X>() } {
+            Rows::F64(bytemuck::cast_ref(&self.rows))
         } else {
-            D::load_f32(bytemuck::cast_slice(&self.rows[i]))
-        }
+            Rows::F32(bytemuck::cast_ref(&self.rows))
+        };
+        decide(level, rule, rows)
     }
 }
 
-struct DecideEight<'a, X> {
-    pairs: &'a EightPairs<X>,
+/// The rows of [`EightPairs`].
+#[derive(Clone, Copy)]
+enum Rows<'a> {
+    F32(&'a [[f32; 8]; 17]),
+    F64(&'a [[f64; 8]; 17]),
+}
+
+#[inline(never)]
+fn decide(level: Level, rule: Rule, rows: Rows<'_>) -> [PairDecision; 8] {
+    level.run(DecideEight { rows, rule })
+}
+
+/// Returns the signs that integers find, given bounds on the errors of f64.
+#[inline(always)]
+fn wrapped_signs<S: Simd>(
+    rows: &[[f64; 8]; 17],
+    bounds: [S::F64x8; 4],
+) -> Signs<<S::F64x8 as Lanes>::Mask> {
+    let mut errors = [[0.0; 8]; 4];
+    for (errors, bound) in errors.iter_mut().zip(bounds) {
+        bound.store(errors);
+    }
+    let [rows @ .., _t_min, _t_max] = rows;
+    let signs = wrapping::signs::<S>(rows, &errors);
+    let mut volumes = [[<S::F64x8 as Lanes>::Mask::from_bits(0); 3]; 4];
+    for (masks, bits) in volumes.iter_mut().zip(signs) {
+        for (mask, bits) in masks.iter_mut().zip(bits) {
+            *mask = Mask::from_bits(bits);
+        }
+    }
+    Signs { volumes }
+}
+
+struct DecideEight<'a> {
+    rows: Rows<'a>,
     rule: Rule,
 }
 
-impl<X: Scalar> WithSimd for DecideEight<'_, X> {
+impl WithSimd for DecideEight<'_> {
     type Output = [PairDecision; 8];
 
     #[inline(always)]
     fn run<S: Simd>(self) -> [PairDecision; 8] {
-        let Self { pairs, rule } = self;
-        let corners = [pairs.vec3::<S::F64x8>(0), pairs.vec3(3), pairs.vec3(6)];
-        let (org, dir) = (pairs.vec3(9), pairs.vec3(12));
-        let rays = RayLanes { org, dir, t_min: pairs.row(15), t_max: pairs.row(16) };
+        let Self { rows, rule } = self;
+        let mut widened = [[0.0; 8]; 17];
         // No verdict is valid for a lane that is not plain.
-        let plain = plain_lanes(&pairs.rows);
+        let (rows, plain) = match rows {
+            Rows::F64(rows) => (rows, plain_lanes(rows)),
+            Rows::F32(rows) => {
+                for (to, row) in widened.iter_mut().zip(rows) {
+                    S::F64x8::load_f32(row).store(to);
+                }
+                (&widened, plain_lanes(rows))
+            }
+        };
+        let row = |i: usize| S::F64x8::load(&rows[i]);
+        let vec3 = |first: usize| Vec3 { x: row(first), y: row(first + 1), z: row(first + 2) };
+        let corners = [vec3(0), vec3(3), vec3(6)];
+        let (org, dir) = (vec3(9), vec3(12));
+        let rays = RayLanes { org, dir, t_min: row(15), t_max: row(16) };
         let (decided, [lo, hi]) = float::decide_refined(
             corners,
             &rays,
             #[inline(always)]
             |open, bounds| {
-                if open & plain == 0 { None } else { Some(pairs.wrapped_signs::<S>(bounds)) }
+                if open & plain == 0 { None } else { Some(wrapped_signs::<S>(rows, bounds)) }
             },
         );
         let miss = (decided.miss | float::runs_along(dir, corners)).bits() & plain;

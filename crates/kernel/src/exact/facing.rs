@@ -4,9 +4,8 @@ use core::cmp::Ordering;
 
 use super::decision::Side;
 use super::float;
-use super::input::{is_finite, is_plain, pair};
-use super::numbers::{Numbers, Pair, Scales};
-use super::tier::{Tier, at_tier, is_f64};
+use super::input::{is_finite, is_plain};
+use super::numbers::Pair;
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
 
@@ -39,19 +38,9 @@ fn by_integers<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<Si
     if !is_finite(ray, triangle) {
         return None;
     }
-    let pair = pair(ray, triangle);
-    let scales = pair.scales();
-    match at_tier!(S, scales.tier(), sign::<S, C, N, V>(&pair, scales)) {
+    match Pair::new(ray, triangle).plane_signs().1 {
         Ordering::Greater => Some(Side::Leaves),
         Ordering::Less => Some(Side::Enters),
         Ordering::Equal => None,
     }
-}
-
-fn sign<S: Scalar, const C: usize, const N: usize, const V: usize>(
-    pair: &Pair<S>,
-    scales: Scales,
-) -> Ordering {
-    let [u, v, w] = Numbers::<C, N, V>::new(pair, scales).edges();
-    (u + v + w).sign()
 }

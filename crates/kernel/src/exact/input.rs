@@ -1,6 +1,5 @@
 //! Tests the bits of the input, so that no CPU setting can affect the results.
 
-use super::numbers::Pair;
 use super::tier::is_f64;
 use crate::{RayOf, Scalar, TriangleOf};
 
@@ -123,10 +122,4 @@ pub(super) fn is_finite<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> 
     triangle.0.as_flattened().iter().all(finite)
         && ray.origin.iter().all(finite)
         && ray.dir.iter().all(finite)
-}
-
-/// Collects the coordinates of a ray and a triangle.
-#[inline(always)]
-pub(super) fn pair<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Pair<S> {
-    Pair { origin: ray.origin, dir: ray.dir, corners: triangle.0 }
 }

@@ -5,7 +5,7 @@ use core::cmp::Ordering;
 
 /// Operations with more limbs than this are calls of functions that are compiled once. The compiler
 /// would unroll their loops in every caller, which would take much of the compile time.
-const INLINE: usize = 16;
+const INLINE: usize = 8;
 
 /// An integer of N 64-bit limbs in two's complement, with the lowest limb first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

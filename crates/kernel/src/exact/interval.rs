@@ -1,36 +1,39 @@
 //! A ray's interval, tested on its bits, so that no CPU setting can affect the result.
 
 use super::quotient::Quotient;
+use super::scale::Dyadic;
 use crate::{RayOf, Scalar};
 
-/// The interval `near <= t < far`, for `t > 0`.
+/// The interval `near <= t < far`, for `t > 0`. `None` stands for 0 and for infinity.
 #[derive(Clone, Copy)]
-pub(super) struct Interval<S> {
-    near: S,
-    far: S,
+pub(super) struct Interval {
+    near: Option<Dyadic>,
+    far: Option<Dyadic>,
 }
 
-impl<S: Scalar> Interval<S> {
+impl Interval {
     /// Returns the interval of a ray, or `None` if it is empty.
     #[inline(always)]
-    pub(super) fn of(ray: &RayOf<S>) -> Option<Self> {
+    pub(super) fn of<S: Scalar>(ray: &RayOf<S>) -> Option<Self> {
         // A negative or zero start becomes 0. Ranks are the bits without the sign; the rank of NaN
         // is above that of infinity.
         let nan = ray.t_min.rank() > S::ENDLESS || ray.t_max.rank() > S::ENDLESS;
         let near = if ray.t_min.is_negative() { S::ZERO } else { ray.t_min };
         let some = !nan && !ray.t_max.is_negative() && near.rank() < ray.t_max.rank();
-        some.then_some(Self { near, far: ray.t_max })
+        let end = |x: S| (x.rank() != 0 && x.is_finite()).then(|| Dyadic::of(x));
+        some.then(|| Self { near: end(near), far: end(ray.t_max) })
     }
 
     /// Returns whether the interval contains t, which must be positive. The quotient is computed
     /// only if it has to be compared with an end.
     #[inline(always)]
     pub(super) fn contains(self, t: impl FnOnce() -> Quotient) -> bool {
-        let (from_0, endless) = (self.near.rank() == 0, self.far.rank() == S::ENDLESS);
-        if from_0 && endless {
+        let Self { near, far } = self;
+        if near.is_none() && far.is_none() {
             return true;
         }
         let t = t();
-        (from_0 || t.cmp_float(self.near).is_ge()) && (endless || t.cmp_float(self.far).is_lt())
+        near.is_none_or(|near| t.cmp_number(near).is_ge())
+            && far.is_none_or(|far| t.cmp_number(far).is_lt())
     }
 }

@@ -5,17 +5,19 @@
 //!   d        the direction                    U = d·N₁     V = d·N₂     W = d·N₃     T = A·N₁
 //! ```
 
-use super::int::{Int, cross, dot};
-use super::scale::Scale;
-use super::tier::Tier;
-use crate::Scalar;
+use core::cmp::Ordering;
 
-/// A ray and a triangle whose coordinates are finite floats.
+use super::int::{Int, cross, dot};
+use super::scale::{Dyadic, Scale};
+use super::tier::{Tier, at_tier};
+use crate::{RayOf, Scalar, TriangleOf};
+
+/// A ray and a triangle with finite coordinates.
 #[derive(Clone, Copy)]
-pub(super) struct Pair<S> {
-    pub(super) origin: [S; 3],
-    pub(super) dir: [S; 3],
-    pub(super) corners: [[S; 3]; 3],
+pub(super) struct Pair {
+    /// The ray's origin, followed by the corners.
+    points: [[Dyadic; 3]; 4],
+    dir: [Dyadic; 3],
 }
 
 /// The scale of the points and the scale of the direction.
@@ -25,21 +27,43 @@ pub(super) struct Scales {
     dir: Scale,
 }
 
-impl<S: Scalar> Pair<S> {
+impl Pair {
+    /// Collects the coordinates of a ray and a triangle, all of which must be finite.
+    #[inline(always)]
+    pub(super) fn new<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Self {
+        let [c1, c2, c3] = triangle.0;
+        let points = [ray.origin, c1, c2, c3].map(Dyadic::vector);
+        Self { points, dir: Dyadic::vector(ray.dir) }
+    }
+
     /// Returns the scales of this pair.
     #[inline(always)]
     pub(super) fn scales(&self) -> Scales {
-        let [c1, c2, c3] = self.corners;
-        Scales { points: Scale::of(&[self.origin, c1, c2, c3]), dir: Scale::of(&[self.dir]) }
+        Scales { points: Scale::of(&self.points), dir: Scale::of(&[self.dir]) }
     }
 
-    /// Returns the common scales of the ray, its triangle, and another triangle.
+    /// Returns the common scales of two pairs of the same ray.
     #[inline(always)]
-    pub(super) fn scales_with(&self, [d1, d2, d3]: [[S; 3]; 3]) -> Scales {
-        let [c1, c2, c3] = self.corners;
-        let points = Scale::of(&[self.origin, c1, c2, c3, d1, d2, d3]);
-        Scales { points, dir: Scale::of(&[self.dir]) }
+    pub(super) fn scales_with(&self, other: &Self) -> Scales {
+        let ([o, a, b, c], [_, d, e, f]) = (self.points, other.points);
+        Scales { points: Scale::of(&[o, a, b, c, d, e, f]), dir: Scale::of(&[self.dir]) }
     }
+
+    /// Returns the signs of T and D.
+    #[inline(never)]
+    pub(super) fn plane_signs(&self) -> (Ordering, Ordering) {
+        let scales = self.scales();
+        at_tier!(scales.tier(), plane_signs::<C, N, V>(self, scales))
+    }
+}
+
+fn plane_signs<const C: usize, const N: usize, const V: usize>(
+    pair: &Pair,
+    scales: Scales,
+) -> (Ordering, Ordering) {
+    let numbers = Numbers::<C, N, V>::new(pair, scales);
+    let [u, v, w] = numbers.edges();
+    (numbers.volume().sign(), (u + v + w).sign())
 }
 
 impl Scales {
@@ -67,14 +91,11 @@ pub(super) struct Numbers<const C: usize, const N: usize, const V: usize> {
 impl<const C: usize, const N: usize, const V: usize> Numbers<C, N, V> {
     /// Converts a pair to integers at the given scales. C must be large enough for them.
     #[inline(always)]
-    pub(super) fn new<S: Scalar>(pair: &Pair<S>, scales: Scales) -> Self {
+    pub(super) fn new(pair: &Pair, scales: Scales) -> Self {
         // Convert to integers first, then subtract: in floating point, the differences could round.
-        let o = scales.points.vector::<S, C>(pair.origin);
-        let seen = |corner: [S; 3]| {
-            let c = scales.points.vector(corner);
-            [c[0] - o[0], c[1] - o[1], c[2] - o[2]]
-        };
-        let [a, b, c] = [seen(pair.corners[0]), seen(pair.corners[1]), seen(pair.corners[2])];
+        let [o, a, b, c] = pair.points.map(|point| scales.points.vector::<C>(point));
+        let seen = |c: [Int<C>; 3]| [c[0] - o[0], c[1] - o[1], c[2] - o[2]];
+        let [a, b, c] = [a, b, c].map(seen);
         let normals = [cross(&b, &c), cross(&c, &a), cross(&a, &b)];
         Self { a, d: scales.dir.vector(pair.dir), normals }
     }
@@ -99,7 +120,8 @@ mod tests {
     use crate::exact::quotient::Quotient;
 
     /// Returns t, u, and v of a pair, all three of which must be positive.
-    fn attributes(pair: &Pair<f64>) -> [f64; 3] {
+    fn attributes((origin, dir, corners): ([f64; 3], [f64; 3], [[f64; 3]; 3])) -> [f64; 3] {
+        let pair = &Pair::new(&RayOf::new(origin, dir), &TriangleOf(corners));
         let scales = pair.scales();
         let numbers = Numbers::<33, 66, 99>::new(pair, scales);
         let [u, v, w] = numbers.edges();
@@ -112,22 +134,21 @@ mod tests {
     /// values.
     #[test]
     fn the_same_code_takes_f64() {
-        let pair = |x: f64, tiny: f64| Pair {
-            origin: [0.25 * x, 0.125 * x, -3.0],
-            dir: [0.0, tiny, 1.0],
-            corners: [[0.0, 0.0, 4.0], [x, 0.0, 4.0], [0.0, x, 4.0]],
+        let pair = |x: f64, tiny: f64| {
+            let corners = [[0.0, 0.0, 4.0], [x, 0.0, 4.0], [0.0, x, 4.0]];
+            ([0.25 * x, 0.125 * x, -3.0], [0.0, tiny, 1.0], corners)
         };
         let smallest = f64::from_bits(1);
         for x in [1.0, 1e-3, 2.0_f64.powi(1023)] {
-            assert_eq!(attributes(&pair(x, 0.0)), [7.0, 0.25, 0.125], "{x}");
-            assert_eq!(attributes(&pair(x, smallest)), [7.0, 0.25, 0.125], "{x}");
+            assert_eq!(attributes(pair(x, 0.0)), [7.0, 0.25, 0.125], "{x}");
+            assert_eq!(attributes(pair(x, smallest)), [7.0, 0.25, 0.125], "{x}");
         }
         // Test a ray that starts one f64 step away from the plane, then one that starts as far away
         // as f64 allows.
         let mut near = pair(1.0, 0.0);
-        near.origin[2] = 4.0_f64.next_down();
-        assert_eq!(attributes(&near)[0], 4.0 - 4.0_f64.next_down());
-        near.corners.iter_mut().for_each(|corner| corner[2] = f64::MAX);
-        assert_eq!(attributes(&near)[0], f64::MAX);
+        near.0[2] = 4.0_f64.next_down();
+        assert_eq!(attributes(near)[0], 4.0 - 4.0_f64.next_down());
+        near.2.iter_mut().for_each(|corner| corner[2] = f64::MAX);
+        assert_eq!(attributes(near)[0], f64::MAX);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::input::is_finite;
 use super::numbers::{Numbers, Pair, Scales};
-use super::tier::{Tier, at_tier, is_f64};
+use super::tier::{Tier, at_tier};
 use crate::{RayOf, Scalar, TriangleOf};
 
 /// Returns whether a point lies on a triangle, including its edges and corners. The triangle must
@@ -27,21 +27,21 @@ pub fn is_on<S: Scalar>(triangle: &TriangleOf<S>, point: [S; 3]) -> bool {
         return false;
     }
     let dir = [S::ONE, S::ZERO, S::ZERO];
-    let pair = Pair { origin: point, dir, corners: triangle.0 };
-    is_finite(&RayOf::new(point, dir), triangle) && {
-        let scales = pair.scales();
-        at_tier!(S, scales.tier(), holds::<S, C, N, V>(&pair, scales))
-    }
+    let ray = RayOf::new(point, dir);
+    is_finite(&ray, triangle) && by_integers(&Pair::new(&ray, triangle))
+}
+
+#[inline(never)]
+fn by_integers(pair: &Pair) -> bool {
+    let scales = pair.scales();
+    at_tier!(scales.tier(), holds::<C, N, V>(pair, scales))
 }
 
 /// Returns whether the point is on the triangle, using integer arithmetic. The point is in the
 /// triangle's plane if the volume T is 0. In that case, for each edge, the cross product of the two
 /// corners relative to the point is a multiple of the triangle's normal. The point is on the
 /// triangle if none of the three factors is negative.
-fn holds<S: Scalar, const C: usize, const N: usize, const V: usize>(
-    pair: &Pair<S>,
-    scales: Scales,
-) -> bool {
+fn holds<const C: usize, const N: usize, const V: usize>(pair: &Pair, scales: Scales) -> bool {
     let numbers = Numbers::<C, N, V>::new(pair, scales);
     let [n1, n2, n3] = &numbers.normals;
     numbers.volume().sign().is_eq()

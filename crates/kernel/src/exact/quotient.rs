@@ -8,7 +8,7 @@
 use core::cmp::Ordering;
 
 use super::int::{minus, plus};
-use crate::Scalar;
+use super::scale::Dyadic;
 use crate::scalar::Bits;
 use crate::simd::Lanes;
 
@@ -24,7 +24,7 @@ pub(super) struct Quotient {
 
 impl Quotient {
     /// Computes `num / den * 2^exponent` for positive integers.
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn new<const V: usize>(num: &[u64; V], den: &[u64; V], exponent: i32) -> Self {
         // Shift both integers until their highest bit is set, so that their quotient is between 1/2
         // and 2.
@@ -69,6 +69,11 @@ impl Quotient {
             top = top.wrapping_add(carry.into());
         }
         Self { first, more: rest.iter().any(|&limb| limb != 0), exponent }
+    }
+
+    /// Multiplies by a power of two.
+    pub(super) fn times_pow2(self, exponent: i32) -> Self {
+        Self { exponent: self.exponent + exponent, ..self }
     }
 
     /// Rounds to the nearest f64, ties to even. Returns infinity if the value rounds to more than
@@ -127,14 +132,10 @@ impl Quotient {
         f64::from_bits(subnormal((m as u64) << 11, top, -1074).max(1))
     }
 
-    /// Compares the quotient with a finite, nonnegative float.
+    /// Compares the quotient with a positive number.
     #[inline(always)]
-    pub(super) fn cmp_float<S: Scalar>(self, x: S) -> Ordering {
-        let (m, e) = x.parts();
-        if m == 0 {
-            return Ordering::Greater;
-        }
-        // Normalize the float in the same way. Then compare the exponents, then the first 64 bits,
+    pub(super) fn cmp_number(self, Dyadic { m, e }: Dyadic) -> Ordering {
+        // Normalize the number in the same way. Then compare the exponents, then the first 64 bits,
         // and then whether nonzero bits follow.
         let up = m.leading_zeros();
         let (first, exponent) = ((m as u64) << up, e - up as i32);

@@ -15,8 +15,8 @@
 use core::cmp::Ordering;
 
 use super::int::{Int, cross, dot};
-use super::scale::Scale;
-use super::tier::{Tier, at_tier, is_f64};
+use super::scale::{Dyadic, Scale};
+use super::tier::{Tier, at_tier};
 use crate::Scalar;
 
 /// Returns the sign of `d·(A × B)` for a ray moved by (ε, ε², ε³), or `Equal` if A and B are
@@ -32,18 +32,23 @@ use crate::Scalar;
 /// assert_eq!(edge_side([0.0; 3], [1.0, 0.0, 0.0], [[1.0; 3], [2.0_f32; 3]]), Equal);
 /// ```
 pub fn edge_side<S: Scalar>(origin: [S; 3], dir: [S; 3], edge: [[S; 3]; 2]) -> Ordering {
-    let (points, dirs) = (Scale::of(&[origin, edge[0], edge[1]]), Scale::of(&[dir]));
-    at_tier!(S, points.tier(dirs), side::<S, C, N, V>((origin, dir), edge, (points, dirs)))
+    side_by_integers([origin, edge[0], edge[1]].map(Dyadic::vector), Dyadic::vector(dir))
 }
 
-fn side<S: Scalar, const C: usize, const N: usize, const V: usize>(
-    (origin, dir): ([S; 3], [S; 3]),
-    edge: [[S; 3]; 2],
-    (points, dirs): (Scale, Scale),
+#[inline(never)]
+fn side_by_integers(points: [[Dyadic; 3]; 3], dir: [Dyadic; 3]) -> Ordering {
+    let scales = (Scale::of(&points), Scale::of(&[dir]));
+    at_tier!(scales.0.tier(scales.1), side::<C, N, V>(points, dir, scales))
+}
+
+fn side<const C: usize, const N: usize, const V: usize>(
+    [origin, a, b]: [[Dyadic; 3]; 3],
+    dir: [Dyadic; 3],
+    scales: (Scale, Scale),
 ) -> Ordering {
-    let [a, b] = edge.map(|point| seen::<S, C>(points, origin, point));
+    let [a, b] = [a, b].map(|point| seen::<C>(scales.0, origin, point));
     let normal: [Int<N>; 3] = cross(&a, &b);
-    let volume: Int<V> = dot(&dirs.vector::<S, C>(dir), &normal);
+    let volume: Int<V> = dot(&scales.1.vector::<C>(dir), &normal);
     // Under the *once* rule, the result is the sign of the first nonzero value among the volume,
     // Nx, Ny, and Nz (exact.md, section 1).
     normal.iter().fold(volume.sign(), |sign, n| sign.then_with(|| n.sign()))
@@ -62,28 +67,33 @@ fn side<S: Scalar, const C: usize, const N: usize, const V: usize>(
 /// assert!(x == 0.0 && y < 0.0 && z == 0.0);
 /// ```
 pub fn moment<S: Scalar>(origin: [S; 3], dir: [S; 3], point: [S; 3]) -> [f64; 3] {
-    let (points, dirs) = (Scale::of(&[origin, point]), Scale::of(&[dir]));
-    at_tier!(S, points.tier(dirs), turn::<S, C, N, V>((origin, dir), point, (points, dirs)))
+    turn_by_integers([origin, point].map(Dyadic::vector), Dyadic::vector(dir))
 }
 
-fn turn<S: Scalar, const C: usize, const N: usize, const V: usize>(
-    (origin, dir): ([S; 3], [S; 3]),
-    point: [S; 3],
-    (points, dirs): (Scale, Scale),
+#[inline(never)]
+fn turn_by_integers(points: [[Dyadic; 3]; 2], dir: [Dyadic; 3]) -> [f64; 3] {
+    let scales = (Scale::of(&points), Scale::of(&[dir]));
+    at_tier!(scales.0.tier(scales.1), turn::<C, N, V>(points, dir, scales))
+}
+
+fn turn<const C: usize, const N: usize, const V: usize>(
+    [origin, point]: [[Dyadic; 3]; 2],
+    dir: [Dyadic; 3],
+    scales: (Scale, Scale),
 ) -> [f64; 3] {
     const { assert!(V == N + C) };
-    let a = seen::<S, C>(points, origin, point);
+    let a = seen::<C>(scales.0, origin, point);
     let axis = |k: usize| [0, 1, 2].map(|i| Int::new(i64::from(i == k), 0));
     // Use d × A or, if d × A is 0, the term in ε or ε²: the first nonzero term outweighs the terms
     // that follow. All three terms vanish only if A = 0.
-    let moments = [dirs.vector::<S, C>(dir), axis(0), axis(1)].map(|d| cross(&d, &a));
+    let moments = [scales.1.vector::<C>(dir), axis(0), axis(1)].map(|d| cross(&d, &a));
     let is_some = |moment: &&[Int<N>; 3]| moment.iter().any(|x| x.sign().is_ne());
     moments.iter().find(is_some).map_or([0.0; 3], rounded)
 }
 
 /// Returns the point relative to the origin, as integers.
-fn seen<S: Scalar, const C: usize>(scale: Scale, origin: [S; 3], point: [S; 3]) -> [Int<C>; 3] {
-    let (o, p) = (scale.vector::<S, C>(origin), scale.vector::<S, C>(point));
+fn seen<const C: usize>(scale: Scale, origin: [Dyadic; 3], point: [Dyadic; 3]) -> [Int<C>; 3] {
+    let (o, p) = (scale.vector::<C>(origin), scale.vector::<C>(point));
     [p[0] - o[0], p[1] - o[1], p[2] - o[2]]
 }
 

@@ -15,7 +15,7 @@ use core::cmp::Ordering;
 use super::float;
 use super::input::is_plain;
 use super::int::{Int, cross, dot};
-use super::scale::Scale;
+use super::scale::{Dyadic, Scale};
 use super::tier::{Tier, at_tier, is_f64};
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
@@ -38,8 +38,7 @@ pub(super) fn is_met<S: Scalar>(
             return false;
         }
     }
-    let (points, dir) = (Scale::of(&[ray.origin, p, q]), Scale::of(&[ray.dir]));
-    at_tier!(S, points.tier(dir), holds::<S, C, N, V>(ray, [p, q], (points, dir)))
+    meets([ray.origin, p, q].map(Dyadic::vector), Dyadic::vector(ray.dir))
 }
 
 /// Returns whether a triangle has this corner. Compares bits: on a CPU that treats subnormal numbers
@@ -68,16 +67,21 @@ pub(super) fn has_feature<S: Scalar>(
     (0..3).all(|i| edges >> i & 1 != 0 || has_corner(triangle, &other.0[i]))
 }
 
-fn holds<S: Scalar, const C: usize, const N: usize, const V: usize>(
-    ray: &RayOf<S>,
-    [p, q]: [[S; 3]; 2],
-    (points, dir): (Scale, Scale),
+/// Returns whether a ray meets the line of an edge or, if both ends are equal, a corner. The origin
+/// comes before the ends.
+#[inline(never)]
+fn meets(points: [[Dyadic; 3]; 3], dir: [Dyadic; 3]) -> bool {
+    let scales = (Scale::of(&points), Scale::of(&[dir]));
+    at_tier!(scales.0.tier(scales.1), holds::<C, N, V>(points, dir, scales))
+}
+
+fn holds<const C: usize, const N: usize, const V: usize>(
+    points: [[Dyadic; 3]; 3],
+    dir: [Dyadic; 3],
+    scales: (Scale, Scale),
 ) -> bool {
-    let (o, d) = (points.vector::<S, C>(ray.origin), dir.vector::<S, C>(ray.dir));
-    let seen = |corner: [S; 3]| {
-        let c = points.vector::<S, C>(corner);
-        [c[0] - o[0], c[1] - o[1], c[2] - o[2]]
-    };
+    let ([o, p, q], d) = (points.map(|point| scales.0.vector::<C>(point)), scales.1.vector(dir));
+    let seen = |c: [Int<C>; 3]| [c[0] - o[0], c[1] - o[1], c[2] - o[2]];
     let (p, q) = (seen(p), seen(q));
     let is_zero = |x: &Int<N>| x.sign() == Ordering::Equal;
     let through = |corner: &[Int<C>; 3]| {

@@ -15,8 +15,8 @@ use bytemuck::cast;
 
 use super::float;
 use super::input::{is_finite, is_plain};
-use super::numbers::{Numbers, Pair, Scales};
-use super::tier::{Tier, at_tier, is_f64};
+use super::numbers::Pair;
+use super::tier::is_f64;
 use crate::simd::Vec3;
 use crate::{Hit, Ray, Ray64, RayOf, Scalar, Triangle, Triangle64, TriangleOf};
 
@@ -193,16 +193,5 @@ fn signs<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (Ordering, Orde
             return signs;
         }
     }
-    let pair = Pair { origin: ray.origin, dir: ray.dir, corners: triangle.0 };
-    let scales = pair.scales();
-    at_tier!(S, scales.tier(), both::<S, C, N, V>(&pair, scales))
-}
-
-fn both<S: Scalar, const C: usize, const N: usize, const V: usize>(
-    pair: &Pair<S>,
-    scales: Scales,
-) -> (Ordering, Ordering) {
-    let numbers = Numbers::<C, N, V>::new(pair, scales);
-    let [u, v, w] = numbers.edges();
-    (numbers.volume().sign(), (u + v + w).sign())
+    Pair::new(ray, triangle).plane_signs()
 }

@@ -45,20 +45,20 @@ pub(super) const fn is_f64<S: Scalar>() -> bool {
 /// Calls a function with the integer widths of a tier. The function is generic over the numbers of
 /// limbs in coordinates, normals, and volumes, and optionally in products of two volumes.
 macro_rules! at_tier {
-    ($s:ty, $tier:expr, $f:ident::<S, C, N, V>($($arg:expr),*)) => {
+    ($tier:expr, $f:ident::<C, N, V>($($arg:expr),*)) => {
         match $tier {
-            Tier::Float | Tier::Narrow => $f::<$s, 1, 2, 3>($($arg),*),
-            Tier::Middle => $f::<$s, 2, 4, 6>($($arg),*),
-            Tier::Widest if const { is_f64::<$s>() } => $f::<$s, 33, 66, 99>($($arg),*),
-            Tier::Wide | Tier::Widest => $f::<$s, 5, 10, 15>($($arg),*),
+            Tier::Float | Tier::Narrow => $f::<1, 2, 3>($($arg),*),
+            Tier::Middle => $f::<2, 4, 6>($($arg),*),
+            Tier::Wide => $f::<5, 10, 15>($($arg),*),
+            Tier::Widest => $f::<33, 66, 99>($($arg),*),
         }
     };
-    ($s:ty, $tier:expr, $f:ident::<S, C, N, V, P>($($arg:expr),*)) => {
+    ($tier:expr, $f:ident::<C, N, V, P>($($arg:expr),*)) => {
         match $tier {
-            Tier::Float | Tier::Narrow => $f::<$s, 1, 2, 3, 6>($($arg),*),
-            Tier::Middle => $f::<$s, 2, 4, 6, 12>($($arg),*),
-            Tier::Widest if const { is_f64::<$s>() } => $f::<$s, 33, 66, 99, 198>($($arg),*),
-            Tier::Wide | Tier::Widest => $f::<$s, 5, 10, 15, 30>($($arg),*),
+            Tier::Float | Tier::Narrow => $f::<1, 2, 3, 6>($($arg),*),
+            Tier::Middle => $f::<2, 4, 6, 12>($($arg),*),
+            Tier::Wide => $f::<5, 10, 15, 30>($($arg),*),
+            Tier::Widest => $f::<33, 66, 99, 198>($($arg),*),
         }
     };
 }

@@ -3,10 +3,10 @@
 use super::super::int::Int;
 use super::super::quotient::Quotient;
 use super::super::scale::Scale;
-use super::super::tier::{Tier, is_f64};
+use super::super::tier::Tier;
 use super::closest_point::Closest;
 use super::feature::{Feature, feature_from, is_tame};
-use super::offsets::{Offsets, at_widths, scale, tier};
+use super::offsets::{Offsets, Points, at_widths, points, tier};
 use super::order::square;
 use super::rounded;
 use crate::{Scalar, TriangleOf};
@@ -21,13 +21,17 @@ pub fn closest<S: Scalar>(from: Tier, point: [S; 3], triangle: &TriangleOf<S>) -
     {
         return closest;
     }
-    let scale = scale(point, triangle.0);
-    at_widths!(S, from.max(tier(scale)), exactly(scale, point, triangle, feature))
+    by_integers(from, points(point, triangle), feature)
 }
 
+#[cold]
 #[inline(never)]
+fn by_integers(from: Tier, points: Points, feature: Feature) -> Closest {
+    let scale = Scale::of(&points);
+    at_widths!(from.max(tier(scale)), exactly(scale, points, feature))
+}
+
 fn exactly<
-    S: Scalar,
     const C: usize,
     const N: usize,
     const T: usize,
@@ -36,11 +40,10 @@ fn exactly<
     const P: usize,
 >(
     scale: Scale,
-    point: [S; 3],
-    triangle: &TriangleOf<S>,
+    points: Points,
     feature: Feature,
 ) -> Closest {
-    let offsets = Offsets::<C, N>::new(scale, point, triangle.0);
+    let offsets = Offsets::<C, N>::new(scale, points);
     let (num, den) = square::<C, N, T, Q, V>(&offsets, feature);
     let distance = if num.sign().is_eq() {
         0.0

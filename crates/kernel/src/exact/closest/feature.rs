@@ -6,8 +6,8 @@ use core::cmp::Ordering;
 use super::super::input::is_plain;
 use super::super::int::Int;
 use super::super::scale::Scale;
-use super::super::tier::{Tier, is_f64};
-use super::offsets::{Offsets, at_widths, scale, tier};
+use super::super::tier::Tier;
+use super::offsets::{Offsets, Points, at_widths, points, tier};
 use crate::{RayOf, Scalar, TriangleOf};
 
 /// The part of a triangle that contains the closest point.
@@ -49,13 +49,17 @@ pub fn feature_from<S: Scalar>(from: Tier, point: [S; 3], triangle: &TriangleOf<
     {
         return feature;
     }
-    let scale = scale(point, triangle.0);
-    at_widths!(S, from.max(tier(scale)), exactly(scale, point, triangle))
+    by_integers(from, points(point, triangle))
 }
 
+#[cold]
 #[inline(never)]
+fn by_integers(from: Tier, points: Points) -> Feature {
+    let scale = Scale::of(&points);
+    at_widths!(from.max(tier(scale)), exactly(scale, points))
+}
+
 fn exactly<
-    S: Scalar,
     const C: usize,
     const N: usize,
     const T: usize,
@@ -64,10 +68,9 @@ fn exactly<
     const P: usize,
 >(
     scale: Scale,
-    point: [S; 3],
-    triangle: &TriangleOf<S>,
+    points: Points,
 ) -> Feature {
-    let offsets = Offsets::<C, N>::new(scale, point, triangle.0);
+    let offsets = Offsets::<C, N>::new(scale, points);
     let along = offsets.along();
     let area = |a: usize, b: usize, c: usize, d: usize| -> Int<Q> {
         along[a].times(&along[b]) - along[c].times(&along[d])

@@ -1,25 +1,33 @@
 //! The corners and edges of a triangle relative to a point, in integers.
 
 use super::super::int::{Int, dot};
-use super::super::scale::Scale;
+use super::super::scale::{Dyadic, Scale};
 use super::super::tier::Tier;
-use crate::Scalar;
+use crate::{Scalar, TriangleOf};
 
-/// Calls a function with the widths of a tier. The function is generic over a scalar and over the
-/// numbers of limbs of coordinates and of products of two, three, four, six and ten coordinates.
+/// Calls a function with the widths of a tier. The function is generic over the numbers of limbs of
+/// coordinates and of products of two, three, four, six and ten coordinates.
 macro_rules! at_widths {
-    ($s:ty, $tier:expr, $f:ident($($arg:expr),*)) => {
+    ($tier:expr, $f:ident($($arg:expr),*)) => {
         match $tier {
-            Tier::Float | Tier::Narrow => $f::<$s, 1, 2, 3, 4, 6, 10>($($arg),*),
-            Tier::Middle => $f::<$s, 2, 4, 6, 8, 12, 20>($($arg),*),
-            Tier::Widest if const { is_f64::<$s>() } => {
-                $f::<$s, 33, 66, 99, 132, 198, 330>($($arg),*)
-            }
-            Tier::Wide | Tier::Widest => $f::<$s, 5, 10, 15, 20, 30, 50>($($arg),*),
+            Tier::Float | Tier::Narrow => $f::<1, 2, 3, 4, 6, 10>($($arg),*),
+            Tier::Middle => $f::<2, 4, 6, 8, 12, 20>($($arg),*),
+            Tier::Wide => $f::<5, 10, 15, 20, 30, 50>($($arg),*),
+            Tier::Widest => $f::<33, 66, 99, 132, 198, 330>($($arg),*),
         }
     };
 }
 pub(super) use at_widths;
+
+/// A point, followed by the corners of a triangle.
+pub(super) type Points = [[Dyadic; 3]; 4];
+
+/// Collects the coordinates of a point and a triangle, all of which must be finite.
+#[inline(always)]
+pub(super) fn points<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Points {
+    let [a, b, c] = triangle.0;
+    [point, a, b, c].map(Dyadic::vector)
+}
 
 /// The corners relative to the point, and the edges. Coordinates have C limbs, and their products
 /// have N = 2 C.
@@ -27,12 +35,6 @@ pub(super) struct Offsets<const C: usize, const N: usize> {
     pub(super) corners: [[Int<C>; 3]; 3],
     /// The edges from a to b and from a to c.
     pub(super) sides: [[Int<C>; 3]; 2],
-}
-
-/// Returns the scale in whose units all coordinates are integers.
-#[inline(always)]
-pub(super) fn scale<S: Scalar>(point: [S; 3], [a, b, c]: [[S; 3]; 3]) -> Scale {
-    Scale::of(&[point, a, b, c])
 }
 
 /// Returns the first tier whose integers are wide enough for this scale.
@@ -43,9 +45,9 @@ pub(super) fn tier(scale: Scale) -> Tier {
 
 impl<const C: usize, const N: usize> Offsets<C, N> {
     #[inline(always)]
-    pub(super) fn new<S: Scalar>(scale: Scale, point: [S; 3], corners: [[S; 3]; 3]) -> Self {
-        let p = scale.vector::<S, C>(point);
-        let [a, b, c] = corners.map(|corner| minus(&scale.vector(corner), &p));
+    pub(super) fn new(scale: Scale, points: Points) -> Self {
+        let [p, a, b, c] = points.map(|point| scale.vector::<C>(point));
+        let [a, b, c] = [a, b, c].map(|corner| minus(&corner, &p));
         // The point cancels out of these differences of differences, which leaves the exact edges.
         Self { sides: [minus(&b, &a), minus(&c, &a)], corners: [a, b, c] }
     }

@@ -4,9 +4,9 @@ use core::cmp::Ordering;
 
 use super::super::int::{Int, cross, dot};
 use super::super::scale::Scale;
-use super::super::tier::{Tier, is_f64};
+use super::super::tier::Tier;
 use super::feature::{Feature, feature_from};
-use super::offsets::{Offsets, at_widths, tier};
+use super::offsets::{Offsets, Points, at_widths, points, tier};
 use crate::{Scalar, TriangleOf};
 
 /// Compares the distances of two finite triangles from a finite point.
@@ -28,9 +28,14 @@ pub fn closer_from<S: Scalar>(
     if from == Tier::Float && is_same(features, [one, other]) {
         return Ordering::Equal;
     }
-    let ([a, b, c], [d, e, f]) = (one.0, other.0);
-    let scale = Scale::of(&[point, a, b, c, d, e, f]);
-    at_widths!(S, from.max(tier(scale)), exactly(scale, point, [one, other], features))
+    by_integers(from, &[one, other].map(|triangle| points(point, triangle)), features)
+}
+
+#[cold]
+#[inline(never)]
+fn by_integers(from: Tier, points: &[Points; 2], features: [Feature; 2]) -> Ordering {
+    let scale = Scale::of(points.as_flattened());
+    at_widths!(from.max(tier(scale)), exactly(scale, points, features))
 }
 
 /// Returns whether both closest points are on the same corner or edge.
@@ -48,9 +53,7 @@ fn is_same<S: Scalar>(features: [Feature; 2], [one, other]: [&TriangleOf<S>; 2])
     }
 }
 
-#[inline(never)]
 fn exactly<
-    S: Scalar,
     const C: usize,
     const N: usize,
     const T: usize,
@@ -59,12 +62,11 @@ fn exactly<
     const P: usize,
 >(
     scale: Scale,
-    point: [S; 3],
-    triangles: [&TriangleOf<S>; 2],
+    points: &[Points; 2],
     features: [Feature; 2],
 ) -> Ordering {
     let square = |i: usize| {
-        let offsets = Offsets::<C, N>::new(scale, point, triangles[i].0);
+        let offsets = Offsets::<C, N>::new(scale, points[i]);
         square::<C, N, T, Q, V>(&offsets, features[i])
     };
     let ((num, den), (other_num, other_den)) = (square(0), square(1));

@@ -323,8 +323,8 @@ impl Results {
 }
 
 /// Computes the values that all hits on the triangles in these slots share, for rays from one
-/// origin.
-#[inline(always)]
+/// origin. This function is never inlined, so that it is compiled once for each form of hits.
+#[inline(never)]
 fn coefficients<'a, S: Simd, C: SharedOriginHit<H>, H>(
     tree: &Tree,
     slots: &[LeafSlot],
@@ -334,10 +334,15 @@ fn coefficients<'a, S: Simd, C: SharedOriginHit<H>, H>(
     if 8 * eights.len() < slots.len() {
         eights.resize_with(slots.len().div_ceil(8), Default::default);
     }
-    for (slots, to) in slots.chunks(8).zip(&mut *eights) {
-        let (corners, indices) = eight(tree, slots);
-        C::eight_in::<S>(&corners, &indices, origin, to);
-    }
+    S::vectorize(
+        #[inline(always)]
+        || {
+            for (slots, to) in slots.chunks(8).zip(&mut *eights) {
+                let (corners, indices) = eight(tree, slots);
+                C::eight_in::<S>(&corners, &indices, origin, to);
+            }
+        },
+    );
     eights.as_flattened()
 }
 

@@ -193,10 +193,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         let first = leaves.blocks;
         for leaf in tree.first_unboxed(self.bundle.filter.resolver())..tree.leaves.len() {
             leaves.blocks[0] = leaf as u32;
-            S::vectorize(
-                #[inline(always)]
-                || self.visit((leaves, 1), counts),
-            );
+            self.visit((leaves, 1), counts);
         }
         leaves.blocks = first;
     }
@@ -252,9 +249,18 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
     }
 
     /// Tests the triangles of several leaves, each against the packets whose windows it reaches.
-    /// Returns whether the far end of any packet changed.
+    /// Returns whether the far end of any packet changed. This function is never inlined, so that it
+    /// is compiled once for each level.
+    #[inline(never)]
+    fn visit(&mut self, leaves: (&mut Leaves, usize), counts: &mut Counts) -> bool {
+        S::vectorize(
+            #[inline(always)]
+            || self.visit_leaves(leaves, counts),
+        )
+    }
+
     #[inline(always)]
-    fn visit(&mut self, (leaves, used): (&mut Leaves, usize), counts: &mut Counts) -> bool {
+    fn visit_leaves(&mut self, (leaves, used): (&mut Leaves, usize), counts: &mut Counts) -> bool {
         let Self { bundle, ref settle, ref mut projection, ref mut prefetch, ref mut seen, .. } =
             *self;
         let Bundle { tree, filter, any, every } = bundle;
