@@ -113,7 +113,7 @@ fn every_tier_is_right_of_every_pair() {
         pairs += 1;
         flat += usize::from(!has_area(&one));
         ties += usize::from(first.0 == second.0);
-        for tier in Tier::ALL {
+        for &tier in Tier::all::<f32>() {
             let order = closer_from(tier, point, &one, &other);
             assert_eq!(order, first.0.cmp(&second.0), "{tier:?}: {point:?}, {one:?}, {other:?}");
             let found = closest(tier, point, &one);

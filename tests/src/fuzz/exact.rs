@@ -72,7 +72,7 @@ fn pairs(scene: &Scene) {
             let within = truth.as_ref().filter(|truth| truth.is_within(ray));
             let closed = within.is_some_and(Truth::is_closed_hit);
             let once = once.filter(|_| within.is_some());
-            for tier in Tier::ALL {
+            for &tier in Tier::all::<f32>() {
                 let of = |rule| exact::crossing_from(tier, rule, ray, triangle);
                 let leaves = of(Rule::Once).map(|side| side == Side::Leaves);
                 same!(scene, (of(Rule::Closed).is_some(), leaves), (closed, once), tier_name(tier));
@@ -80,7 +80,7 @@ fn pairs(scene: &Scene) {
             let Some(truth) = truth else { continue };
             let (t, u, v) = exact::attributes(ray, triangle);
             same!(scene, truth.are_rounded([t, u, v]), true, format!("{t:e} {u:e} {v:e}"));
-            for tier in Tier::ALL {
+            for &tier in Tier::all::<f32>() {
                 let (t_from, u_from, v_from) = exact::attributes_from(tier, ray, triangle);
                 let all = [t_from, u_from, v_from, exact::t_from(tier, ray, triangle)];
                 let bits = |x: [f64; 4]| x.map(f64::to_bits);
@@ -92,7 +92,7 @@ fn pairs(scene: &Scene) {
             for (other, of_other) in &met {
                 let order = truth.order(of_other);
                 same!(scene, exact::order(ray, one, other), order, "order");
-                for tier in Tier::ALL {
+                for &tier in Tier::all::<f32>() {
                     let from = exact::order_from(tier, ray, one, other);
                     same!(scene, from, order, tier_name(tier));
                 }

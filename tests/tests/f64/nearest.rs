@@ -85,7 +85,7 @@ fn every_tier_is_right_of_every_pair() {
         flat += usize::from(!has_area(&one));
         ties += usize::from(first.0 == second.0);
         let mut answers = vec![];
-        for tier in Tier::ALL {
+        for &tier in Tier::all::<f64>() {
             let what = || format!("{tier:?}: {point:?}, {one:?}, {other:?}");
             let order = closer_from(tier, point, &one, &other);
             assert_eq!(order, first.0.cmp(&second.0), "{}", what());

@@ -20,8 +20,11 @@ pub enum Tier {
 }
 
 impl Tier {
-    /// All tiers.
-    pub const ALL: [Self; 5] = [Self::Float, Self::Narrow, Self::Middle, Self::Wide, Self::Widest];
+    /// Returns all tiers that coordinates of this type may need.
+    pub fn all<S: Scalar>() -> &'static [Self] {
+        const ALL: [Tier; 5] = [Tier::Float, Tier::Narrow, Tier::Middle, Tier::Wide, Tier::Widest];
+        if const { is_f64::<S>() } { &ALL } else { &ALL[..4] }
+    }
 
     /// Returns the first tier whose integers are wide enough for coordinates with this many bits,
     /// plus three bits that the proof requires.

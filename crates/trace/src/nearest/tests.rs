@@ -14,12 +14,12 @@ fn plain(triangles: &[Triangle], point: [f32; 3], radius: f64) -> Option<(u32, f
     let mut best: Option<usize> = None;
     for (i, t) in triangles.iter().enumerate().filter(|(_, t)| finite(t)) {
         let is_closer = best.is_none_or(|best| {
-            closer_from(Tier::Widest, point, t, &triangles[best]) == Ordering::Less
+            closer_from(Tier::Wide, point, t, &triangles[best]) == Ordering::Less
         });
         best = if is_closer { Some(i) } else { best };
     }
     let best = best?;
-    let found = closest(Tier::Widest, point, &triangles[best]);
+    let found = closest(Tier::Wide, point, &triangles[best]);
     (found.distance <= radius).then_some((best as u32, found.distance, found.weights))
 }
 
