@@ -5,9 +5,10 @@ use core::cmp::Ordering;
 
 use super::input::is_plain;
 use super::int::Int;
-use super::numbers::{Numbers, Pair, Scales};
+use super::numbers::{Numbers, Pair};
 use super::one_pair::{self, Intersection};
 use super::quotient::{Quotient, pow2};
+use super::scale::Scales;
 use super::tier::{Tier, at_tier};
 use crate::{RayOf, Scalar, TriangleOf};
 

@@ -5,9 +5,10 @@ use core::cmp::Ordering;
 use super::decision::{InFloat, Rule, Side, in_float};
 use super::input::{is_finite, is_plain};
 use super::interval::Interval;
-use super::numbers::{Numbers, Pair, Scales};
+use super::numbers::{Numbers, Pair};
 use super::one_pair;
 use super::quotient::Quotient;
+use super::scale::Scales;
 use super::tier::{Tier, at_tier, is_f64};
 use crate::{RayOf, Scalar, TriangleOf};
 

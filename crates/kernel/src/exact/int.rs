@@ -208,6 +208,12 @@ pub(super) fn minus(a: u64, b: u64, borrow: bool) -> (u64, bool) {
     (rest, under | again)
 }
 
+/// Returns the difference of two vectors.
+#[inline(always)]
+pub(super) fn difference<const N: usize>(a: &[Int<N>; 3], b: &[Int<N>; 3]) -> [Int<N>; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
 /// Returns the dot product of two vectors.
 #[inline(always)]
 pub(super) fn dot<const N: usize, const M: usize, const R: usize>(

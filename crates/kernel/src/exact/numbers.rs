@@ -8,7 +8,7 @@
 use core::cmp::Ordering;
 
 use super::int::{Int, cross, dot};
-use super::scale::{Dyadic, Scale};
+use super::scale::{Dyadic, Scales};
 use super::tier::{Tier, at_tier};
 use crate::{RayOf, Scalar, TriangleOf};
 
@@ -18,13 +18,6 @@ pub(super) struct Pair {
     /// The ray's origin, followed by the corners.
     points: [[Dyadic; 3]; 4],
     dir: [Dyadic; 3],
-}
-
-/// The scale of the points and the scale of the direction.
-#[derive(Clone, Copy)]
-pub(super) struct Scales {
-    points: Scale,
-    dir: Scale,
 }
 
 impl Pair {
@@ -39,14 +32,14 @@ impl Pair {
     /// Returns the scales of this pair.
     #[inline(always)]
     pub(super) fn scales(&self) -> Scales {
-        Scales { points: Scale::of(&self.points), dir: Scale::of(&[self.dir]) }
+        Scales::of(&self.points, self.dir)
     }
 
     /// Returns the common scales of two pairs of the same ray.
     #[inline(always)]
     pub(super) fn scales_with(&self, other: &Self) -> Scales {
         let ([o, a, b, c], [_, d, e, f]) = (self.points, other.points);
-        Scales { points: Scale::of(&[o, a, b, c, d, e, f]), dir: Scale::of(&[self.dir]) }
+        Scales::of(&[o, a, b, c, d, e, f], self.dir)
     }
 
     /// Returns the signs of T and D.
@@ -66,20 +59,6 @@ fn plane_signs<const C: usize, const N: usize, const V: usize>(
     (numbers.volume().sign(), (u + v + w).sign())
 }
 
-impl Scales {
-    /// Returns the first tier whose integers are wide enough for both scales.
-    #[inline(always)]
-    pub(super) fn tier(self) -> Tier {
-        self.points.tier(self.dir)
-    }
-
-    /// Returns the exponent of the power of two that converts the integer quotient T/D to t.
-    #[inline(always)]
-    pub(super) fn of_t(self) -> i32 {
-        self.points.low - self.dir.low
-    }
-}
-
 /// The integers of a pair. Coordinates have C limbs, normals N = 2 C, and volumes V = 3 C.
 pub(super) struct Numbers<const C: usize, const N: usize, const V: usize> {
     a: [Int<C>; 3],
@@ -92,10 +71,8 @@ impl<const C: usize, const N: usize, const V: usize> Numbers<C, N, V> {
     /// Converts a pair to integers at the given scales. C must be large enough for them.
     #[inline(always)]
     pub(super) fn new(pair: &Pair, scales: Scales) -> Self {
-        // Convert to integers first, then subtract: in floating point, the differences could round.
-        let [o, a, b, c] = pair.points.map(|point| scales.points.vector::<C>(point));
-        let seen = |c: [Int<C>; 3]| [c[0] - o[0], c[1] - o[1], c[2] - o[2]];
-        let [a, b, c] = [a, b, c].map(seen);
+        let [origin, corners @ ..] = pair.points;
+        let [a, b, c] = scales.points.relative(origin, corners);
         let normals = [cross(&b, &c), cross(&c, &a), cross(&a, &b)];
         Self { a, d: scales.dir.vector(pair.dir), normals }
     }

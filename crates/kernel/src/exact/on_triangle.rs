@@ -1,7 +1,8 @@
 //! Tests whether a point lies on a triangle.
 
 use super::input::is_finite;
-use super::numbers::{Numbers, Pair, Scales};
+use super::numbers::{Numbers, Pair};
+use super::scale::Scales;
 use super::tier::{Tier, at_tier};
 use crate::{RayOf, Scalar, TriangleOf};
 

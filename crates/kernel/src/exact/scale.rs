@@ -1,7 +1,7 @@
 //! Converts floats to integers: finds the common scale of a set of numbers and the number of bits
 //! that their integers need.
 
-use super::int::Int;
+use super::int::{self, Int};
 use super::tier::Tier;
 use crate::Scalar;
 
@@ -56,11 +56,10 @@ impl Scale {
         Self { low, bits: (high - low).max(0) }
     }
 
-    /// Returns the first tier whose integers are wide enough for points at this scale and a
-    /// direction at the scale `dir`.
+    /// Returns the first tier whose integers are wide enough for this scale.
     #[inline(always)]
-    pub(super) fn tier(self, dir: Self) -> Tier {
-        Tier::of_bits(self.bits.max(dir.bits))
+    pub(super) fn tier(self) -> Tier {
+        Tier::of_bits(self.bits)
     }
 
     /// Converts a vector to integers.
@@ -68,6 +67,45 @@ impl Scale {
     pub(super) fn vector<const C: usize>(self, v: [Dyadic; 3]) -> [Int<C>; 3] {
         // The exponent of a zero may be below `low`.
         v.map(|Dyadic { m, e }| Int::new(m, if m == 0 { 0 } else { (e - self.low) as u32 }))
+    }
+
+    /// Returns the differences between points and an origin, as integers. In floating point, they
+    /// could round.
+    #[inline(always)]
+    pub(super) fn relative<const C: usize, const N: usize>(
+        self,
+        origin: [Dyadic; 3],
+        points: [[Dyadic; 3]; N],
+    ) -> [[Int<C>; 3]; N] {
+        let o = self.vector(origin);
+        points.map(|point| int::difference(&self.vector(point), &o))
+    }
+}
+
+/// The scale of a ray's origin and other points, and the scale of its direction.
+#[derive(Clone, Copy)]
+pub(super) struct Scales {
+    pub(super) points: Scale,
+    pub(super) dir: Scale,
+}
+
+impl Scales {
+    /// Returns the scales of points and a direction.
+    #[inline(always)]
+    pub(super) fn of(points: &[[Dyadic; 3]], dir: [Dyadic; 3]) -> Self {
+        Self { points: Scale::of(points), dir: Scale::of(&[dir]) }
+    }
+
+    /// Returns the first tier whose integers are wide enough for both scales.
+    #[inline(always)]
+    pub(super) fn tier(self) -> Tier {
+        Tier::of_bits(self.points.bits.max(self.dir.bits))
+    }
+
+    /// Returns the exponent of the power of two that converts the integer quotient T/D to t.
+    #[inline(always)]
+    pub(super) fn of_t(self) -> i32 {
+        self.points.low - self.dir.low
     }
 }
 
@@ -83,7 +121,7 @@ mod tests {
             let vector = [top, 0.0, -last];
             let vector = Dyadic::vector(vector);
             let scale = Scale::of(&[vector]);
-            assert_eq!(scale.tier(scale), tier, "{last}");
+            assert_eq!(scale.tier(), tier, "{last}");
             let [a, zero, c] = scale.vector::<2>(vector);
             assert_eq!(zero, Int::new(0, 0));
             assert_eq!(c, Int::new(-(last * (-scale.low as f64).exp2()) as i64, 0), "{last}");

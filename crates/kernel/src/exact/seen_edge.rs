@@ -15,7 +15,7 @@
 use core::cmp::Ordering;
 
 use super::int::{Int, cross, dot};
-use super::scale::{Dyadic, Scale};
+use super::scale::{Dyadic, Scales};
 use super::tier::{Tier, at_tier};
 use crate::Scalar;
 
@@ -37,18 +37,18 @@ pub fn edge_side<S: Scalar>(origin: [S; 3], dir: [S; 3], edge: [[S; 3]; 2]) -> O
 
 #[inline(never)]
 fn side_by_integers(points: [[Dyadic; 3]; 3], dir: [Dyadic; 3]) -> Ordering {
-    let scales = (Scale::of(&points), Scale::of(&[dir]));
-    at_tier!(scales.0.tier(scales.1), side::<C, N, V>(points, dir, scales))
+    let scales = Scales::of(&points, dir);
+    at_tier!(scales.tier(), side::<C, N, V>(points, dir, scales))
 }
 
 fn side<const C: usize, const N: usize, const V: usize>(
-    [origin, a, b]: [[Dyadic; 3]; 3],
+    [origin, edge @ ..]: [[Dyadic; 3]; 3],
     dir: [Dyadic; 3],
-    scales: (Scale, Scale),
+    scales: Scales,
 ) -> Ordering {
-    let [a, b] = [a, b].map(|point| seen::<C>(scales.0, origin, point));
+    let [a, b] = scales.points.relative::<C, 2>(origin, edge);
     let normal: [Int<N>; 3] = cross(&a, &b);
-    let volume: Int<V> = dot(&scales.1.vector::<C>(dir), &normal);
+    let volume: Int<V> = dot(&scales.dir.vector::<C>(dir), &normal);
     // Under the *once* rule, the result is the sign of the first nonzero value among the volume,
     // Nx, Ny, and Nz (exact.md, section 1).
     normal.iter().fold(volume.sign(), |sign, n| sign.then_with(|| n.sign()))
@@ -72,29 +72,23 @@ pub fn moment<S: Scalar>(origin: [S; 3], dir: [S; 3], point: [S; 3]) -> [f64; 3]
 
 #[inline(never)]
 fn turn_by_integers(points: [[Dyadic; 3]; 2], dir: [Dyadic; 3]) -> [f64; 3] {
-    let scales = (Scale::of(&points), Scale::of(&[dir]));
-    at_tier!(scales.0.tier(scales.1), turn::<C, N, V>(points, dir, scales))
+    let scales = Scales::of(&points, dir);
+    at_tier!(scales.tier(), turn::<C, N, V>(points, dir, scales))
 }
 
 fn turn<const C: usize, const N: usize, const V: usize>(
-    [origin, point]: [[Dyadic; 3]; 2],
+    [origin, point @ ..]: [[Dyadic; 3]; 2],
     dir: [Dyadic; 3],
-    scales: (Scale, Scale),
+    scales: Scales,
 ) -> [f64; 3] {
     const { assert!(V == N + C) };
-    let a = seen::<C>(scales.0, origin, point);
+    let [a] = scales.points.relative::<C, 1>(origin, point);
     let axis = |k: usize| [0, 1, 2].map(|i| Int::new(i64::from(i == k), 0));
     // Use d × A or, if d × A is 0, the term in ε or ε²: the first nonzero term outweighs the terms
     // that follow. All three terms vanish only if A = 0.
-    let moments = [scales.1.vector::<C>(dir), axis(0), axis(1)].map(|d| cross(&d, &a));
+    let moments = [scales.dir.vector::<C>(dir), axis(0), axis(1)].map(|d| cross(&d, &a));
     let is_some = |moment: &&[Int<N>; 3]| moment.iter().any(|x| x.sign().is_ne());
     moments.iter().find(is_some).map_or([0.0; 3], rounded)
-}
-
-/// Returns the point relative to the origin, as integers.
-fn seen<const C: usize>(scale: Scale, origin: [Dyadic; 3], point: [Dyadic; 3]) -> [Int<C>; 3] {
-    let (o, p) = (scale.vector::<C>(origin), scale.vector::<C>(point));
-    [p[0] - o[0], p[1] - o[1], p[2] - o[2]]
 }
 
 /// Converts a nonzero vector to f64 and scales it so that the largest component is near 1.

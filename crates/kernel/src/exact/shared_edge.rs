@@ -15,7 +15,7 @@ use core::cmp::Ordering;
 use super::float;
 use super::input::is_plain;
 use super::int::{Int, cross, dot};
-use super::scale::{Dyadic, Scale};
+use super::scale::{Dyadic, Scales};
 use super::tier::{Tier, at_tier, is_f64};
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
@@ -71,18 +71,17 @@ pub(super) fn has_feature<S: Scalar>(
 /// comes before the ends.
 #[inline(never)]
 fn meets(points: [[Dyadic; 3]; 3], dir: [Dyadic; 3]) -> bool {
-    let scales = (Scale::of(&points), Scale::of(&[dir]));
-    at_tier!(scales.0.tier(scales.1), holds::<C, N, V>(points, dir, scales))
+    let scales = Scales::of(&points, dir);
+    at_tier!(scales.tier(), holds::<C, N, V>(points, dir, scales))
 }
 
 fn holds<const C: usize, const N: usize, const V: usize>(
     points: [[Dyadic; 3]; 3],
     dir: [Dyadic; 3],
-    scales: (Scale, Scale),
+    scales: Scales,
 ) -> bool {
-    let ([o, p, q], d) = (points.map(|point| scales.0.vector::<C>(point)), scales.1.vector(dir));
-    let seen = |c: [Int<C>; 3]| [c[0] - o[0], c[1] - o[1], c[2] - o[2]];
-    let (p, q) = (seen(p), seen(q));
+    let [origin, edge @ ..] = points;
+    let ([p, q], d) = (scales.points.relative::<C, 2>(origin, edge), scales.dir.vector(dir));
     let is_zero = |x: &Int<N>| x.sign() == Ordering::Equal;
     let through = |corner: &[Int<C>; 3]| {
         let moment: [Int<N>; 3] = cross(&d, corner);

@@ -6,7 +6,7 @@ use super::super::scale::Scale;
 use super::super::tier::Tier;
 use super::closest_point::Closest;
 use super::feature::{Feature, feature_from, is_tame};
-use super::offsets::{Offsets, Points, at_widths, points, tier};
+use super::offsets::{Offsets, Points, at_widths, points};
 use super::order::square;
 use super::rounded;
 use crate::{Scalar, TriangleOf};
@@ -28,7 +28,7 @@ pub fn closest<S: Scalar>(from: Tier, point: [S; 3], triangle: &TriangleOf<S>) -
 #[inline(never)]
 fn by_integers(from: Tier, points: Points, feature: Feature) -> Closest {
     let scale = Scale::of(&points);
-    at_widths!(from.max(tier(scale)), exactly(scale, points, feature))
+    at_widths!(from.max(scale.tier()), exactly(scale, points, feature))
 }
 
 fn exactly<

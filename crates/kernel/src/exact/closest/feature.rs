@@ -7,7 +7,7 @@ use super::super::input::is_plain;
 use super::super::int::Int;
 use super::super::scale::Scale;
 use super::super::tier::Tier;
-use super::offsets::{Offsets, Points, at_widths, points, tier};
+use super::offsets::{Offsets, Points, at_widths, points};
 use crate::{RayOf, Scalar, TriangleOf};
 
 /// The part of a triangle that contains the closest point.
@@ -56,7 +56,7 @@ pub fn feature_from<S: Scalar>(from: Tier, point: [S; 3], triangle: &TriangleOf<
 #[inline(never)]
 fn by_integers(from: Tier, points: Points) -> Feature {
     let scale = Scale::of(&points);
-    at_widths!(from.max(tier(scale)), exactly(scale, points))
+    at_widths!(from.max(scale.tier()), exactly(scale, points))
 }
 
 fn exactly<

@@ -1,8 +1,7 @@
 //! The corners and edges of a triangle relative to a point, in integers.
 
-use super::super::int::{Int, dot};
+use super::super::int::{Int, difference, dot};
 use super::super::scale::{Dyadic, Scale};
-use super::super::tier::Tier;
 use crate::{Scalar, TriangleOf};
 
 /// Calls a function with the widths of a tier. The function is generic over the numbers of limbs of
@@ -37,19 +36,13 @@ pub(super) struct Offsets<const C: usize, const N: usize> {
     pub(super) sides: [[Int<C>; 3]; 2],
 }
 
-/// Returns the first tier whose integers are wide enough for this scale.
-#[inline(always)]
-pub(super) fn tier(scale: Scale) -> Tier {
-    scale.tier(scale)
-}
-
 impl<const C: usize, const N: usize> Offsets<C, N> {
     #[inline(always)]
     pub(super) fn new(scale: Scale, points: Points) -> Self {
-        let [p, a, b, c] = points.map(|point| scale.vector::<C>(point));
-        let [a, b, c] = [a, b, c].map(|corner| minus(&corner, &p));
+        let [point, corners @ ..] = points;
+        let [a, b, c] = scale.relative(point, corners);
         // The point cancels out of these differences of differences, which leaves the exact edges.
-        Self { sides: [minus(&b, &a), minus(&c, &a)], corners: [a, b, c] }
+        Self { sides: [difference(&b, &a), difference(&c, &a)], corners: [a, b, c] }
     }
 
     /// Returns the dot products of both edges with all corners:
@@ -63,11 +56,6 @@ impl<const C: usize, const N: usize> Offsets<C, N> {
     /// Returns the edge from a corner to the next.
     #[inline(always)]
     pub(super) fn edge(&self, from: usize) -> [Int<C>; 3] {
-        minus(&self.corners[(from + 1) % 3], &self.corners[from])
+        difference(&self.corners[(from + 1) % 3], &self.corners[from])
     }
-}
-
-#[inline(always)]
-fn minus<const C: usize>(a: &[Int<C>; 3], b: &[Int<C>; 3]) -> [Int<C>; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }

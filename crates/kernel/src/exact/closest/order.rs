@@ -6,7 +6,7 @@ use super::super::int::{Int, cross, dot};
 use super::super::scale::Scale;
 use super::super::tier::Tier;
 use super::feature::{Feature, feature_from};
-use super::offsets::{Offsets, Points, at_widths, points, tier};
+use super::offsets::{Offsets, Points, at_widths, points};
 use crate::{Scalar, TriangleOf};
 
 /// Compares the distances of two finite triangles from a finite point.
@@ -35,7 +35,7 @@ pub fn closer_from<S: Scalar>(
 #[inline(never)]
 fn by_integers(from: Tier, points: &[Points; 2], features: [Feature; 2]) -> Ordering {
     let scale = Scale::of(points.as_flattened());
-    at_widths!(from.max(tier(scale)), exactly(scale, points, features))
+    at_widths!(from.max(scale.tier()), exactly(scale, points, features))
 }
 
 /// Returns whether both closest points are on the same corner or edge.
