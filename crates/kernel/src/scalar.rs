@@ -54,8 +54,7 @@ pub trait Bits: Copy {
     /// The maximum number of bits in the m of [`Bits::parts`].
     const DIGITS: i32;
 
-    /// Returns the m and e of a finite number `m * 2^e`. For zero, m is 0 and e is arbitrary. If
-    /// one number is smaller in magnitude than another, its e is not larger.
+    /// Returns the m and e of a finite number `m * 2^e`. For zero, m is 0 and e is arbitrary.
     fn parts(self) -> (i64, i32);
 
     /// Returns the number nearest to an f64. The result is infinite if the f64 is too large.

@@ -4,10 +4,12 @@ use super::quotient::Quotient;
 use super::scale::Dyadic;
 use crate::{RayOf, Scalar};
 
-/// The interval `near <= t < far`, for `t > 0`. `None` stands for 0 and for infinity.
+/// The interval `near <= t < far`, for `t > 0`.
 #[derive(Clone, Copy)]
 pub(super) struct Interval {
+    /// `None` if it is 0.
     near: Option<Dyadic>,
+    /// `None` if it is infinite.
     far: Option<Dyadic>,
 }
 
@@ -20,6 +22,7 @@ impl Interval {
         let nan = ray.t_min.rank() > S::ENDLESS || ray.t_max.rank() > S::ENDLESS;
         let near = if ray.t_min.is_negative() { S::ZERO } else { ray.t_min };
         let some = !nan && !ray.t_max.is_negative() && near.rank() < ray.t_max.rank();
+        // The near end is below the far end, so it is finite, and the far end is not 0.
         let end = |x: S| (x.rank() != 0 && x.is_finite()).then(|| Dyadic::of(x));
         some.then(|| Self { near: end(near), far: end(ray.t_max) })
     }

@@ -5,8 +5,8 @@ use super::int::{self, Int};
 use super::tier::Tier;
 use crate::Scalar;
 
-/// A finite number `m * 2^e`, where m is odd or 0. All code that computes with integers takes these
-/// instead of f32 or f64, so it is compiled once.
+/// A finite number `m * 2^e`, where m is odd or 0; if it is 0, e is arbitrary. All code that computes
+/// with [`Int`] takes these instead of f32 or f64, so it is compiled once.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Dyadic {
     pub(super) m: i64,

@@ -52,8 +52,8 @@ impl Level {
 #[inline(always)]
 fn enter<S: Simd, W: WithSimd>(work: W) -> W::Output {
     debug_assert!(Level::all().any(|level| level == S::LEVEL));
-    // This is the only call from baseline code to code with the level's instructions: all code that
-    // uses lanes is inlined into it.
+    // Here, baseline code calls code with the level's instructions, into which all code that uses
+    // lanes is inlined. A few large functions are never inlined, and call `vectorize` themselves.
     S::vectorize(
         #[inline(always)]
         || work.run::<S>(),

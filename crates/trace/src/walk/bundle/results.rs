@@ -323,7 +323,8 @@ impl Results {
 }
 
 /// Computes the values that all hits on the triangles in these slots share, for rays from one
-/// origin. This function is never inlined, so that it is compiled once for each form of hits.
+/// origin. This function is never inlined, so that it is compiled once for each level and form of
+/// hits.
 #[inline(never)]
 fn coefficients<'a, S: Simd, C: SharedOriginHit<H>, H>(
     tree: &Tree,
