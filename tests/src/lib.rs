@@ -42,12 +42,12 @@ use intertri::{
 /// A mode, its name in messages, and its expected results.
 type TrueMode<'a> = (Mode, &'static str, &'a Truth);
 
-/// Tests every pair of a ray and a triangle in every mode, width and form of the kernel, at every
-/// level. Returns the number of pairs that hit, according to the reference.
+/// Tests every pair of a ray and a triangle in every mode, width and form of the kernel, at the
+/// given levels. Returns the number of pairs that hit, according to the reference.
 ///
 /// # Errors
 /// Returns an error that describes the first difference, with everything needed to reproduce it.
-pub fn check_kernel(scene: &Scene) -> Result<usize, String> {
+pub fn check_kernel(scene: &Scene, levels: &[Level]) -> Result<usize, String> {
     let threshold = Threshold::new(scene.threshold).map_err(|e| e.to_string())?;
     let truths = [Truth::of(scene), Truth::exact(scene), Truth::once(scene)];
     let modes = [
@@ -55,13 +55,13 @@ pub fn check_kernel(scene: &Scene) -> Result<usize, String> {
         (Mode::exact(), "exact", &truths[1]),
         (Mode::once(), "once", &truths[2]),
     ];
-    check_width::<4>(scene, &modes)?;
-    check_width::<8>(scene, &modes)?;
-    check_width::<16>(scene, &modes)?;
+    check_width::<4>(scene, &modes, levels)?;
+    check_width::<8>(scene, &modes, levels)?;
+    check_width::<16>(scene, &modes, levels)?;
     for mode in modes {
-        check_packets::<8>(scene, mode)?;
-        check_packets::<16>(scene, mode)?;
-        for level in Level::all() {
+        check_packets::<8>(scene, mode, levels)?;
+        check_packets::<16>(scene, mode, levels)?;
+        for &level in levels {
             check_slices(scene, at(mode, level))?;
         }
     }
@@ -78,6 +78,7 @@ fn at((mode, name, truth): TrueMode<'_>, level: Level) -> TrueMode<'_> {
 fn check_packets<const N: usize>(
     scene: &Scene,
     (mode, name, truth): TrueMode<'_>,
+    levels: &[Level],
 ) -> Result<(), String>
 where
     Lane<N>: Width,
@@ -90,7 +91,7 @@ where
     for rays in packets {
         let (packet, triangles) = (RayPacket::<N>::new(&rays), &scene.triangles[..]);
         let wanted: Vec<_> = rays.iter().map(|ray| truth.closest(ray)).collect();
-        for level in Level::all() {
+        for &level in levels {
             let filter = mode.at(level).filter();
             let forms = level.run(PacketClosest { filter, packet: &packet, triangles });
             for (form, found) in ["packet", "all at once", "ray by ray"].into_iter().zip(forms) {
@@ -183,15 +184,19 @@ where
     }
 }
 
-/// Builds packets of N rays and blocks of N triangles once, and tests them in all modes at every
-/// level.
-fn check_width<const N: usize>(scene: &Scene, modes: &[TrueMode<'_>]) -> Result<(), String>
+/// Builds packets of N rays and blocks of N triangles once, and tests them in all modes at all
+/// given levels.
+fn check_width<const N: usize>(
+    scene: &Scene,
+    modes: &[TrueMode<'_>],
+    levels: &[Level],
+) -> Result<(), String>
 where
     Lane<N>: Width,
 {
     let packets: Vec<RayPacket<N>> = scene.rays.chunks(N).map(RayPacket::new).collect();
     let blocks: Vec<TriangleBlock<N>> = scene.triangles.chunks(N).map(TriangleBlock::new).collect();
-    for level in Level::all() {
+    for &level in levels {
         for &mode in modes {
             check_forms(scene, at(mode, level), &packets, &blocks)?;
         }

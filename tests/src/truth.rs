@@ -122,7 +122,10 @@ impl Plain {
         let mut all: Vec<_> = (0..t.len()).filter(|&obj| !t[obj].is_nan()).collect();
         all.sort_by(|&a, &b| match self {
             Self::Reference(_) => t[a].total_cmp(&t[b]),
-            Self::Exact(_, of) => exact::order_from(Tier::Narrow, ray, &of[a], &of[b]),
+            // Correct rounding keeps the order, so only equal t need the exact numbers.
+            Self::Exact(_, of) => t[a]
+                .total_cmp(&t[b])
+                .then_with(|| exact::order_from(Tier::Narrow, ray, &of[a], &of[b])),
         });
         all.into_iter().map(|obj| (obj, t[obj].to_bits())).collect()
     }

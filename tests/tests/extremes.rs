@@ -12,8 +12,8 @@ use intertri_trace::Bvh;
 /// scene.
 fn hits(triangles: Vec<Triangle>, rays: Vec<Ray>, threshold: f64) -> usize {
     let scene = Scene { triangles, rays, threshold };
-    let hits = check_kernel(&scene).unwrap_or_else(|why| panic!("{why}"));
     let levels: Vec<Level> = Level::all().collect();
+    let hits = check_kernel(&scene, &levels).unwrap_or_else(|why| panic!("{why}"));
     check_hierarchy(&scene, &levels).unwrap_or_else(|why| panic!("{why}"));
     hits
 }

@@ -27,7 +27,7 @@ fn every_fixture_agrees_with_the_reference() {
         let (name, text) =
             (path.display(), std::fs::read_to_string(&path).expect("the file is text"));
         let scene = parse(&text).unwrap_or_else(|e| panic!("{name}: {e}"));
-        let hits = check_kernel(&scene).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let hits = check_kernel(&scene, &levels).unwrap_or_else(|e| panic!("{name}: {e}"));
         check_hierarchy(&scene, &levels).unwrap_or_else(|e| panic!("{name}: {e}"));
 
         // A fixture states its number of hits, so that a scene without hits is known to be

@@ -16,12 +16,11 @@ fn scenes(each: usize, seed: u64) {
         let mut rng = Rng::new(seed);
         let (mut rays, mut hits) = (0, 0);
         for i in 0..each {
-            // Sizes are log-uniform. The larger scenes take most of the time, so they run at only
-            // one level.
+            // Sizes are log-uniform.
             let size = rng.log(1.0, 5000.0) as usize;
-            let some = if size > 300 { &levels[i % levels.len()..][..1] } else { &levels };
+            let level = &levels[i % levels.len()..][..1];
             let scene = common::scene(family, &mut rng, size, 40);
-            hits += check_hierarchy(&scene, some).unwrap_or_else(|difference| {
+            hits += check_hierarchy(&scene, level).unwrap_or_else(|difference| {
                 let small = if size < 20 { as_source(&scene) } else { String::new() };
                 panic!("{} (seed {seed}, scene {i}): {difference}\n{small}", family.name)
             });
@@ -33,7 +32,7 @@ fn scenes(each: usize, seed: u64) {
 
 #[test]
 fn every_family_in_scenes_of_all_sizes() {
-    scenes(60, 3);
+    scenes(40, 3);
 }
 
 #[test]

@@ -1,13 +1,16 @@
-//! Compares every mode, level, width and form of the kernel with the reference, for every family.
+//! Compares every mode, width and form of the kernel with the reference, for every family.
 
 use crate::common;
+use intertri::simd::Level;
 use intertri_lab::families::{FAMILIES, Family};
 use intertri_lab::rng::Rng;
 use intertri_tests::{as_source, check_kernel};
 
 /// Tests scenes of different shapes: one triangle and many rays, many triangles and one ray, and
 /// several of both, with every possible number of live lanes in the last packet, including none.
+/// Each scene runs at one level.
 fn family(family: &Family, pairs: usize, seed: u64) -> (usize, usize) {
+    let levels: Vec<Level> = Level::all().collect();
     let mut rng = Rng::new(seed);
     let (mut done, mut hits, mut least) = (0, 0, 0);
     while done < pairs {
@@ -17,9 +20,11 @@ fn family(family: &Family, pairs: usize, seed: u64) -> (usize, usize) {
             2 => (least % 18, (least / 18) % 18),
             _ => (1 + rng.below(3), 1 + rng.below(17)),
         };
+        // Over time, each combination of shapes runs at each level.
+        let level = &levels[(least + least / (18 * 18)) % levels.len()..][..1];
         least += 1;
         let scene = common::scene(family, &mut rng, triangles, rays);
-        hits += check_kernel(&scene).unwrap_or_else(|difference| {
+        hits += check_kernel(&scene, level).unwrap_or_else(|difference| {
             panic!("{} (seed {seed}): {difference}\n{}", family.name, as_source(&scene))
         });
         done += scene.triangles.len() * scene.rays.len();
@@ -39,7 +44,7 @@ fn all_families(pairs: usize, seed: u64) {
         tests += some;
         hits += met;
     }
-    println!("{tests} pairs, {hits} hits, each at every level, width and form: 0 differences");
+    println!("{tests} pairs, {hits} hits, each in every width and form: 0 differences");
 }
 
 #[test]

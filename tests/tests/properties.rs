@@ -65,7 +65,7 @@ fn hold(x: &BoxedStrategy<f32>, hits_at_least: usize) {
     let levels: Vec<Level> = Level::all().collect();
     let hits = Cell::new(0);
     let result = runner.run(&scenes(x), |scene| {
-        let some = check_kernel(&scene).map_err(TestCaseError::fail)?;
+        let some = check_kernel(&scene, &levels).map_err(TestCaseError::fail)?;
         check_hierarchy(&scene, &levels).map_err(TestCaseError::fail)?;
         hits.set(hits.get() + some);
         Ok(())

@@ -9,7 +9,8 @@ use crate::{as_source, check_hierarchy, check_kernel};
 /// Checks the kernel in every mode, form and width, and at every SIMD level.
 pub fn kernel(bytes: &[u8]) {
     let scene = Input::new(bytes).scene(6, 6);
-    check_kernel(&scene).unwrap_or_else(|why| panic!("{why}\n{}", as_source(&scene)));
+    let levels: Vec<Level> = Level::all().collect();
+    check_kernel(&scene, &levels).unwrap_or_else(|why| panic!("{why}\n{}", as_source(&scene)));
 }
 
 /// Checks the hierarchy at the CPU's best SIMD level and at the portable level.

@@ -48,7 +48,18 @@ impl<const N: usize> Int<N> {
     /// Returns the limbs of the magnitude.
     #[inline(always)]
     pub(super) fn size(&self) -> [u64; N] {
-        if self.is_negative() { (Self([0; N]) - *self).0 } else { self.0 }
+        self.negated_if(self.is_negative()).0
+    }
+
+    #[inline(always)]
+    fn negated_if(&self, is: bool) -> Self {
+        let mut negated = *self;
+        match is {
+            false => {}
+            true if N > INLINE => negate_wide(&mut negated.0),
+            true => negated = Self([0; N]) - *self,
+        }
+        negated
     }
 
     /// Returns the same number with more limbs. The number must be non-negative.
@@ -72,10 +83,11 @@ impl<const N: usize> Int<N> {
             return Int(product);
         }
         if R > INLINE {
-            multiply_wide(&self.0, &b.0, &mut product);
-        } else {
-            multiply(&self.0, &b.0, &mut product);
+            // Multiply the magnitudes, because they have more limbs of 0, which need no time.
+            multiply_wide(&self.size(), &b.size(), &mut product);
+            return Int(product).negated_if(self.is_negative() != b.is_negative());
         }
+        multiply(&self.0, &b.0, &mut product);
 
         // Read as unsigned, the limbs of a negative factor with L limbs represent its value plus
         // 2^(64 L).
@@ -177,9 +189,19 @@ fn subtract(a: &mut [u64], b: &[u64], mask: u64) {
     }
 }
 
+/// Like [`multiply`], for numbers whose limbs are mostly 0: a width has room for coordinates from
+/// one end of the range to the other, but a few limbs hold what a scene uses.
 #[inline(never)]
 fn multiply_wide(a: &[u64], b: &[u64], product: &mut [u64]) {
-    multiply(a, b, product);
+    let ((i, a), (j, b)) = (without_zeros(a), without_zeros(b));
+    multiply(a, b, &mut product[i + j..]);
+}
+
+/// Returns the limbs without the zeros at both ends, and the index of the first.
+fn without_zeros(limbs: &[u64]) -> (usize, &[u64]) {
+    let end = limbs.iter().rposition(|limb| *limb != 0).map_or(0, |last| last + 1);
+    let start = limbs[..end].iter().position(|limb| *limb != 0).unwrap_or(0);
+    (start, &limbs[start..end])
 }
 
 #[inline(never)]
@@ -190,6 +212,18 @@ fn add_wide(a: &mut [u64], b: &[u64]) {
 #[inline(never)]
 fn subtract_wide(a: &mut [u64], b: &[u64], mask: u64) {
     subtract(a, b, mask);
+}
+
+/// Negates a number in two's complement.
+#[inline(never)]
+fn negate_wide(limbs: &mut [u64]) {
+    // The carry of `!x + 1` goes up to the lowest limb that is not 0.
+    if let Some(first) = limbs.iter().position(|limb| *limb != 0) {
+        limbs[first] = limbs[first].wrapping_neg();
+        for limb in &mut limbs[first + 1..] {
+            *limb = !*limb;
+        }
+    }
 }
 
 /// Returns the sum of two limbs and a carry, and the resulting carry.
