@@ -178,7 +178,8 @@ impl Slabs {
             off: splat(margin.room(away) + TINY),
             before: splat(start.abs() * BEFORE + TINY),
         };
-        let dir = S::F32x4::load(&[dx, dy, dz, length]);
+        // The fourth lane is unused. With 1, the division below does not have to wait for `length`.
+        let dir = S::F32x4::load(&[dx, dy, dz, 1.0]);
         let [near_rd, far_rd, minus_near, minus_far] = planes(
             [load(lo), load(hi)],
             dir,
@@ -225,9 +226,15 @@ fn planes<F: Lanes<Scalar = f32>>(
     last: impl FnOnce() -> F,
 ) -> [F; 4] {
     let (size, splat) = (dir.abs(), F::splat);
-    // `flip` keeps the sign of a zero component: a ray with -0 enters boxes through their upper
-    // sides.
-    let rd = splat(1.0) / size.max(room.least).flip(dir);
+    // Traversal waits for this division, so it starts before `least` is known.
+    let mut rd = splat(1.0) / dir;
+    let level = size.lt(room.least);
+    let is_level = level.any();
+    if is_level {
+        // A component near 0 is replaced. `flip` keeps the sign of a zero: a ray with -0 enters
+        // boxes through their upper sides.
+        rd = splat(1.0) / size.max(room.least).flip(dir);
+    }
     // Move near planes slightly nearer and far planes slightly farther, so that rounding never
     // loses a box.
     let (near_rd, far_rd) = (rd * splat(NEARER), rd * splat(FARTHER));
@@ -236,9 +243,8 @@ fn planes<F: Lanes<Scalar = f32>>(
     // it becomes an interval of t.
     let off = lo.abs().max(hi.abs()) * splat(PAD) + room.off;
     let mut pad = off * rd.abs() + room.before;
-    let level = size.lt(room.least);
-    if level.any() {
-        // A component near 0 was replaced. Nothing is hit beyond `last`, and up to there the t of a
+    if is_level {
+        // Nothing is hit beyond `last`, and up to there the t of a
         // plane changes by less than this amount.
         pad = pad + F::select(level, last(), splat(0.0));
     }
