@@ -9,7 +9,7 @@ use intertri_lab::rng::Rng;
 use intertri_tests::{Scene, as_source, check_hierarchy};
 use intertri_trace::Bvh;
 
-/// Tests every family in scenes of 1 to 5,000 triangles.
+/// Tests every family in scenes of 1 to 5,000 triangles, each at one level.
 fn scenes(each: usize, seed: u64) {
     let levels: Vec<Level> = Level::all().collect();
     common::each_family(|_, family| {

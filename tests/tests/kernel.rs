@@ -12,17 +12,20 @@ use intertri_tests::{as_source, check_kernel};
 fn family(family: &Family, pairs: usize, seed: u64) -> (usize, usize) {
     let levels: Vec<Level> = Level::all().collect();
     let mut rng = Rng::new(seed);
-    let (mut done, mut hits, mut least) = (0, 0, 0);
+    let (mut done, mut hits, mut scenes, mut shapes) = (0, 0, 0, 0);
     while done < pairs {
-        let (triangles, rays) = match rng.below(4) {
-            0 => (1, rng.below(18)),
-            1 => (rng.below(18), 1),
-            2 => (least % 18, (least / 18) % 18),
-            _ => (1 + rng.below(3), 1 + rng.below(17)),
+        scenes += 1;
+        let (triangles, rays, turn) = match rng.below(4) {
+            0 => (1, rng.below(18), scenes),
+            1 => (rng.below(18), 1, scenes),
+            2 => {
+                shapes += 1;
+                // In the next round, each shape runs at the next level.
+                (shapes % 18, shapes / 18 % 18, shapes + shapes / (18 * 18))
+            }
+            _ => (1 + rng.below(3), 1 + rng.below(17), scenes),
         };
-        // Over time, each combination of shapes runs at each level.
-        let level = &levels[(least + least / (18 * 18)) % levels.len()..][..1];
-        least += 1;
+        let level = &levels[turn % levels.len()..][..1];
         let scene = common::scene(family, &mut rng, triangles, rays);
         hits += check_kernel(&scene, level).unwrap_or_else(|difference| {
             panic!("{} (seed {seed}): {difference}\n{}", family.name, as_source(&scene))

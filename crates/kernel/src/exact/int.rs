@@ -53,12 +53,14 @@ impl<const N: usize> Int<N> {
 
     #[inline(always)]
     fn negated_if(&self, is: bool) -> Self {
-        let mut negated = *self;
-        match is {
-            false => {}
-            true if N > INLINE => negate_wide(&mut negated.0),
-            true => negated = Self([0; N]) - *self,
+        if !is {
+            return *self;
         }
+        if N <= INLINE {
+            return Self([0; N]) - *self;
+        }
+        let mut negated = *self;
+        negate_wide(&mut negated.0);
         negated
     }
 
@@ -189,8 +191,8 @@ fn subtract(a: &mut [u64], b: &[u64], mask: u64) {
     }
 }
 
-/// Like [`multiply`], for numbers whose limbs are mostly 0: a width has room for coordinates from
-/// one end of the range to the other, but a few limbs hold what a scene uses.
+/// Like [`multiply`], but skips the limbs of 0 at both ends, which are most of them: a width has
+/// room for coordinates from one end of the range to the other, and a number needs a few limbs.
 #[inline(never)]
 fn multiply_wide(a: &[u64], b: &[u64], product: &mut [u64]) {
     let ((i, a), (j, b)) = (without_zeros(a), without_zeros(b));
@@ -268,4 +270,40 @@ pub(super) fn cross<const N: usize, const R: usize>(
         a[2].times(&b[0]) - a[0].times(&b[2]),
         a[0].times(&b[1]) - a[1].times(&b[0]),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Int, multiply};
+
+    /// Computes a product limb by limb, without negating a factor.
+    fn product(a: &Int<6>, b: &Int<6>) -> Int<12> {
+        let mut limbs = [0; 12];
+        multiply(&a.0, &b.0, &mut limbs);
+        let mut product = Int(limbs);
+        product.take(b, 6, a.is_negative());
+        product.take(a, 6, b.is_negative());
+        product
+    }
+
+    #[test]
+    fn wide_products_are_those_limb_by_limb() {
+        let one_limb = |at: usize, limb: u64| {
+            let mut limbs = [0; 6];
+            limbs[at] = limb;
+            Int(limbs)
+        };
+        let mut numbers = vec![Int([0; 6]), Int([0, 5, 0, 0, 7, 0]), Int([u64::MAX - 1; 6])];
+        for at in 0..6 {
+            numbers.extend([1, 3, 1 << 63, u64::MAX].map(|limb| one_limb(at, limb)));
+        }
+        // The most negative number is its own negation.
+        let negated: Vec<_> = numbers.iter().map(|x| Int([0; 6]) - *x).collect();
+        numbers.extend(negated);
+        for a in &numbers {
+            for b in &numbers {
+                assert_eq!(a.times::<6, 12>(b), product(a, b), "{a:?} {b:?}");
+            }
+        }
+    }
 }

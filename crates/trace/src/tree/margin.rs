@@ -33,7 +33,7 @@ impl Margin {
     /// Returns the padding of boxes for a ray whose origin's largest coordinate is `away`.
     #[inline(always)]
     pub(crate) fn room(&self, away: f32) -> f32 {
-        // Traversal waits for this number, and need not wait for `away` too if hits are exact.
+        // Traversal waits for this number. If hits are exact, it need not wait for `away`.
         if self.beside == 0.0 { self.lean } else { self.beside * away + self.lean }
     }
 }

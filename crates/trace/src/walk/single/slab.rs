@@ -228,7 +228,7 @@ fn planes<F: Lanes<Scalar = f32>>(
     let (size, splat) = (dir.abs(), F::splat);
     // Traversal waits for this division, so it starts before `least` is known.
     let mut rd = splat(1.0) / dir;
-    let level = size.lt(room.least);
+    let level = !room.least.le(size);
     let is_level = level.any();
     if is_level {
         // A component near 0 is replaced. `flip` keeps the sign of a zero: a ray with -0 enters
@@ -244,8 +244,8 @@ fn planes<F: Lanes<Scalar = f32>>(
     let off = lo.abs().max(hi.abs()) * splat(PAD) + room.off;
     let mut pad = off * rd.abs() + room.before;
     if is_level {
-        // Nothing is hit beyond `last`, and up to there the t of a
-        // plane changes by less than this amount.
+        // A component that was replaced changes the t of a plane by less than `last`, beyond which
+        // nothing is hit.
         pad = pad + F::select(level, last(), splat(0.0));
     }
     // `side * rd + minus` is then a single multiply-add per plane of a node. A beam starts in a

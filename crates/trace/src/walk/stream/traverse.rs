@@ -356,6 +356,7 @@ mod tests {
         rays[21].t_max = -1.0;
         rays[22].dir = [1e-40, 0.0, -1e-40];
         rays[23].dir = [0.0, -0.0, -1.0];
+        rays[24].dir = [f32::NAN, f32::NAN, 1.0];
 
         // If a triangle has no box, every ray is traced alone.
         for huge in [false, true] {
