@@ -32,7 +32,7 @@ fn scenes(each: usize, seed: u64) {
 
 #[test]
 fn every_family_in_scenes_of_all_sizes() {
-    scenes(40, 3);
+    scenes(60, 3);
 }
 
 #[test]
