@@ -74,7 +74,7 @@ impl Walk<'_> {
                     self.node(child as usize, depth + 1)?
                 }
             };
-            let (bounds, sides) = (node.bounds(slot), content.without_least_sides());
+            let (bounds, sides) = (node.bounds(slot), content.without_subnormal_sides());
             // Test for equality, not only for containment: a box that is too large does not change
             // any result, so no other test would notice it.
             if (0..3).any(|k| bounds.lo[k] != sides.lo[k] || bounds.hi[k] != sides.hi[k]) {

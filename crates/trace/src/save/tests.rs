@@ -236,3 +236,17 @@ fn promises_need_no_memory() {
     assert!(matches!(Bvh::<f32>::from_bytes(&long), Err(LoadError::CutOff)));
     assert!(matches!(Bvh::<f32>::read_from(&*long), Err(LoadError::CutOff)));
 }
+
+#[test]
+fn subnormal_triangles_are_saved_and_loaded() {
+    // Boxes with sides at 0 and at the first few subnormal numbers, in many combinations.
+    let mut number = random();
+    let mut side =
+        || f32::from_bits((number() * 4.0) as u32) * if number() < 0.5 { -1.0 } else { 1.0 };
+    for _ in 0..300 {
+        let soup: Vec<Triangle> =
+            (0..40).map(|_| Triangle([(); 3].map(|()| [(); 3].map(|()| side())))).collect();
+        let bvh = Bvh::new(&soup).unwrap();
+        assert_same(&bvh, &Bvh::from_bytes(&bvh.to_bytes()).unwrap());
+    }
+}

@@ -40,13 +40,18 @@ impl Aabb {
         self.lo.iter().chain(&self.hi).all(|x| x.is_finite())
     }
 
-    /// Returns the box, with any side at ±2^-149 moved outward to the smallest normal number.
+    /// Returns the box, with every subnormal side moved outward to 0 or to the smallest normal
+    /// number. A box inside another one stays inside it.
     #[inline(always)]
-    pub(crate) fn without_least_sides(&self) -> Self {
-        let outward = |x: f32, to: f32| if x.abs() == f32::from_bits(1) { to } else { x };
+    pub(crate) fn without_subnormal_sides(&self) -> Self {
+        // Test the bits, because the CPU may be set to read subnormal numbers as 0.
+        let least = f32::MIN_POSITIVE.to_bits();
+        let is_subnormal = |x: f32| (1..least).contains(&(x.to_bits() << 1 >> 1));
+        let lower = |x: f32| if x.is_sign_negative() { -f32::MIN_POSITIVE } else { 0.0 };
+        let upper = |x: f32| if x.is_sign_negative() { 0.0 } else { f32::MIN_POSITIVE };
         Self {
-            lo: self.lo.map(|x| outward(x, -f32::MIN_POSITIVE)),
-            hi: self.hi.map(|x| outward(x, f32::MIN_POSITIVE)),
+            lo: self.lo.map(|x| if is_subnormal(x) { lower(x) } else { x }),
+            hi: self.hi.map(|x| if is_subnormal(x) { upper(x) } else { x }),
         }
     }
 

@@ -91,11 +91,11 @@ impl Node {
         bytemuck::cast_mut(&mut self.rows[CHILDREN])
     }
 
-    /// Puts a child into a slot. Sides at ±2^-149 are moved outward to the smallest normal number:
-    /// multiplying a subnormal number can take a CPU hundreds of cycles, and in f64 scenes every
-    /// corner at the centre would have such sides.
+    /// Puts a child into a slot. Subnormal sides are moved outward: multiplying a subnormal number
+    /// can take a CPU hundreds of cycles, and in f64 scenes every corner at the centre would have
+    /// such sides.
     pub(crate) fn set(&mut self, slot: usize, bounds: &Aabb, child: u32) {
-        let bounds = bounds.without_least_sides();
+        let bounds = bounds.without_subnormal_sides();
         for k in 0..3 {
             self.rows[k][slot] = bounds.lo[k];
             self.rows[k + UPPER][slot] = bounds.hi[k];
