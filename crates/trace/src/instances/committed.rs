@@ -39,10 +39,16 @@ pub(super) struct MeshEntry {
     pub(super) extent: Extent,
 }
 
-/// A placement prepared for tracing.
+/// A placement prepared for tracing: everything that a ray needs in order to enter the instance, in
+/// two cache lines.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 pub(super) struct Frame {
     pub(super) inverse: Inverse,
+    /// The number of the mesh, or [`NO_MESH`].
+    mesh: u32,
+    /// The mask of the instance; see [`Placed`].
+    pub(super) mask: u32,
     /// Whether f64 lanes can compute the world-space corners without overflow or underflow.
     pub(super) is_tame: bool,
 }
@@ -89,7 +95,7 @@ impl Committed {
     /// Returns the mesh of an instance, or `None` if the instance was removed.
     #[inline]
     pub(super) fn mesh(&self, instance: usize) -> Option<&MeshEntry> {
-        mesh_of(&self.meshes, &self.placed[instance])
+        self.meshes.get(self.frames[instance].mesh as usize)?.as_ref()
     }
 }
 
@@ -99,24 +105,30 @@ fn mesh_of<'a>(meshes: &'a [Option<MeshEntry>], placed: &Placed) -> Option<&'a M
 }
 
 impl Frame {
-    const NONE: Self = Self { inverse: Inverse::NONE, is_tame: false };
+    const NONE: Self = Self { inverse: Inverse::NONE, mesh: NO_MESH, mask: 0, is_tame: false };
 
     /// Prepares an instance: returns its frame and the box around it.
     fn look(placed: &Placed, mesh: Option<&MeshEntry>) -> FrameAndBox {
         // An instance that is not in the tree cannot be hit, so return no box for hidden and
         // removed instances.
-        let Some(MeshEntry { extent, .. }) = mesh.filter(|_| placed.mask != 0) else {
+        let Some(MeshEntry { extent, mesh }) = mesh.filter(|_| placed.mask != 0) else {
             return (Self::NONE, None);
         };
         if extent.is_empty() {
             return (Self::NONE, None);
         }
         let (matrix, sizes) = (&placed.matrix, sizes(&placed.matrix, extent));
-        let inverse = Inverse::new(matrix, extent);
-        let frame = Self { inverse, is_tame: is_tame(matrix, extent, &sizes) };
+        let frame = Self {
+            inverse: Inverse::new(matrix, extent, mesh.tree().reach),
+            mesh: placed.mesh,
+            mask: placed.mask,
+            is_tame: is_tame(matrix, extent, &sizes),
+        };
         (frame, Some(world_box(matrix, extent.bounds, &sizes)))
     }
 }
+
+const _: () = assert!(size_of::<Frame>() == 128);
 
 /// Returns whether f64 lanes can compute the corners without overflow or underflow.
 fn is_tame(m: &Matrix, extent: &Extent, sizes: &[f64; 3]) -> bool {

@@ -103,19 +103,20 @@ pub(super) fn world_box(m: &Matrix, [lo, hi]: [[f64; 3]; 2], sizes: &[f64; 3]) -
     [from, to]
 }
 
-/// A matrix N close to the inverse of a placement, which transforms rays to mesh space, with error
-/// bounds.
+/// A matrix N close to the inverse of a placement, which transforms rays to the units of a mesh's
+/// tree, with error bounds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inverse {
+    /// N times the tree's units per unit of the mesh.
     rows: [[f64; 3]; 3],
-    /// The error of an origin in mesh space is at most this fraction of the distance between the
-    /// world-space origin and the matrix's last column.
-    origin: f32,
-    /// A bound on the relative error of a direction. NaN or large if there is no useful inverse.
-    dir: f32,
-    /// The largest distance along a mesh axis between a corner of the mesh and the corresponding
-    /// world-space corner mapped back to mesh space.
-    corner: f32,
+    /// The point of the world that is placed at the centre of the tree's units.
+    from: [f64; 3],
+    /// The largest distance outside a triangle's box at which its hits may lie, in the tree's units:
+    /// for a ray that starts at `from`, and the additional distance per unit of the world between
+    /// `from` and the origin of the ray. NaN if there is no useful inverse.
+    room: [f32; 2],
+    /// The coordinates of the tree range over plus and minus this value.
+    pub(super) reach: f32,
 }
 
 /// Rays in the units of a tree, one per lane.
@@ -130,9 +131,9 @@ pub(super) struct TreeRay<D> {
 impl Inverse {
     /// The value for a placement that has no useful inverse.
     pub(super) const NONE: Self =
-        Self { rows: [[0.0; 3]; 3], origin: 0.0, dir: f32::NAN, corner: 0.0 };
+        Self { rows: [[0.0; 3]; 3], from: [0.0; 3], room: [f32::NAN; 2], reach: 0.0 };
 
-    pub(super) fn new(m: &Matrix, extent: &Extent) -> Self {
+    pub(super) fn new(m: &Matrix, extent: &Extent, reach: f32) -> Self {
         let a = [0, 4, 8].map(|i| [m[i], m[i + 1], m[i + 2]]);
         let rows = near_inverse(a);
         // The residual bounds the error of any N, so the elimination itself needs no proof.
@@ -151,46 +152,52 @@ impl Inverse {
         }
         let row = |[x, y, z]: [f64; 3]| x.abs() + y.abs() + z.abs();
         let forth = row(a[0]).max(row(a[1])).max(row(a[2]));
-        let up = |x: f64| (x * UP) as f32;
-        Self {
-            rows,
-            origin: up(size * (INVERSE * defect + ORIGIN)).next_up(),
-            dir: up(INVERSE * defect + DIR * size * forth).next_up(),
-            corner: up(CORNER * corner).next_up(),
+        let dir = (INVERSE * defect + DIR * size * forth) * UP;
+        // The scale is a power of two, so multiplying by it is exact unless an entry underflows.
+        let (scale, centre) = (extent.scale, extent.centre);
+        let scaled = rows.map(|row| row.map(|x| x * scale));
+        let limits = 1.0 / ENORMOUS..=ENORMOUS;
+        let is_exact = |(&x, scaled): (&f64, &f64)| x == 0.0 || limits.contains(&scaled.abs());
+        let mut entries = rows.as_flattened().iter().zip(scaled.as_flattened());
+        // The comparison is false for NaN.
+        if !(dir <= DEFECT && entries.all(is_exact)) {
+            return Self::NONE;
         }
+        // The centre is placed like a corner, with an error no larger than that of a corner.
+        let is_centred = centre.iter().all(|&x| x == 0.0);
+        let Vec3 { x, y, z } = placed(m, Vec3::<f64>::splat(centre));
+        let corner = CORNER * corner * if is_centred { 1.0 } else { 2.0 };
+        // (3) in the proof: the errors of the corners and the origin, plus the effect of the
+        // direction's error at the far side of the mesh.
+        let (corner, size, reach64) = (corner * scale, size * scale, f64::from(reach));
+        let origin = size * (INVERSE * defect + ORIGIN);
+        let room = corner + INVERSE * dir * (reach64 + corner);
+        let per_distance = origin + INVERSE * dir * (INVERSE * size + origin);
+        // Round up. Some CPUs read subnormal numbers as 0, so avoid them.
+        let up = |x: f64| ((x * UP) as f32).next_up().max(f32::MIN_POSITIVE);
+        Self { rows: scaled, from: [x, y, z], room: [up(room), up(per_distance)], reach }
     }
 
     /// Returns whether rays can be transformed to mesh space.
     #[inline(always)]
     pub(super) fn is_useful(&self) -> bool {
-        // The comparison is false for NaN.
-        f64::from(self.dir) <= DEFECT
+        !self.room[0].is_nan()
     }
 
-    /// Transforms rays to the units of a mesh's tree, whose coordinates range over ±`reach`.
-    /// Requires a useful inverse. The mask marks the rays whose error bounds are small enough.
+    /// Transforms rays to the units of the mesh's tree. The mask marks the rays whose error bounds
+    /// are small enough; it is empty if there is no useful inverse.
     #[inline(always)]
     pub(super) fn tree_ray<D: Lanes<Scalar = f64>>(
         &self,
-        m: &Matrix,
         [origin, dir]: [Vec3<D>; 2],
-        extent: &Extent,
-        reach: f32,
     ) -> (TreeRay<D>, D::Mask) {
-        let splat = D::splat;
-        let (scale, reach) = (splat(extent.scale), splat(f64::from(reach)));
-        let (off_origin, off_dir) = (splat(self.origin.into()), splat(self.dir.into()));
-        let from = origin - Vec3::splat([m[3], m[7], m[11]]);
-        let origin = (times(&self.rows, from) - Vec3::splat(extent.centre)) * scale;
-        let dir = times(&self.rows, dir) * scale;
-        // (3) in the proof: the errors of the corners and the origin, plus the effect of the
-        // direction's error at the far side of the mesh.
-        let near = (splat(self.corner.into()) + off_origin * largest(from)) * scale;
-        let room = near + splat(INVERSE) * off_dir * (largest(origin) + reach + near);
-        let room = room * splat(UP);
+        let splat = |x: f32| D::splat(x.into());
+        let from = origin - Vec3::splat(self.from);
+        let (origin, dir) = (times(&self.rows, from), times(&self.rows, dir));
+        let room = (splat(self.room[0]) + splat(self.room[1]) * largest(from)) * D::splat(UP);
         // A margin of one hundredth of the mesh's size costs little. With a much larger margin,
         // traversal in world space is faster.
-        (TreeRay { origin, dir, room }, room.le(splat(0.25) * reach))
+        (TreeRay { origin, dir, room }, room.le(D::splat(0.25) * splat(self.reach)))
     }
 }
 
@@ -203,7 +210,8 @@ pub(super) fn largest<D: Lanes>(v: Vec3<D>) -> D {
 /// Multiplies a 3×3 matrix by vectors.
 #[inline(always)]
 fn times<D: Lanes<Scalar = f64>>([a, b, c]: &[[f64; 3]; 3], v: Vec3<D>) -> Vec3<D> {
-    Vec3 { x: Vec3::splat(*a).dot(v), y: Vec3::splat(*b).dot(v), z: Vec3::splat(*c).dot(v) }
+    let [a, b, c] = [Vec3::splat(*a), Vec3::splat(*b), Vec3::splat(*c)];
+    Vec3 { x: a.dot_fused(v), y: b.dot_fused(v), z: c.dot_fused(v) }
 }
 
 /// Computes a matrix close to the inverse by Gaussian elimination with partial pivoting. The result
@@ -268,13 +276,13 @@ mod tests {
         Extent { bounds: [[-1.0; 3], [1.0; 3]], centre: [0.0; 3], scale: 1.0, least: 1.0 };
 
     /// Tests that the rounding errors of corners placed far from the origin come close to the bound
-    /// but never exceed it. The matrix only translates and scales by a power of two, so its inverse
-    /// is exact.
+    /// but never exceed it, without and with a centre, which is rounded as well. The matrix only
+    /// translates and scales by a power of two, so its inverse is exact.
     #[test]
     fn corners_are_rounded_by_less_than_the_bound() {
         let mut random = random();
-        let mut worst = 0.0_f64;
-        for _ in 0..300_000 {
+        let mut worst = [0.0_f64; 2];
+        for i in 0..600_000 {
             let scale = (-10.0 - 20.0 * f64::from(random())).floor().exp2();
             let mut m: Matrix = [0.0; 12];
             for i in 0..3 {
@@ -283,17 +291,22 @@ mod tests {
                 let far = 1.0 + 1e-3 * f64::from(random()) * f64::from(random());
                 m[4 * i + 3] = far * (30.0 * f64::from(random())).floor().exp2();
             }
-            let inverse = Inverse::new(&m, &EXTENT);
-            let at = [0; 3].map(|_| 2.0 * f64::from(random()) - 1.0);
+            let mut point = || [0; 3].map(|_| 2.0 * f64::from(random()) - 1.0);
+            let (at, mut centre) = (point(), point());
+            if i % 2 == 0 {
+                centre = [0.0; 3];
+            }
+            let inverse = Inverse::new(&m, &Extent { centre, ..EXTENT }, 1.0);
             let Vec3 { x, y, z } = placed(&m, Vec3::<f64>::splat(at));
-            for (i, corner) in [x, y, z].into_iter().enumerate() {
-                let off = ((corner - m[4 * i + 3]) / scale - at[i]).abs();
-                worst = worst.max(off / f64::from(inverse.corner));
+            for (k, corner) in [x, y, z].into_iter().enumerate() {
+                let off = ((corner - inverse.from[k]) / scale - (at[k] - centre[k])).abs();
+                let worst = &mut worst[i % 2];
+                *worst = worst.max(off / f64::from(inverse.room[0]));
             }
         }
-        assert!(worst < 1.0, "{worst}");
-        // The bound is tight: half of it would not be enough.
-        assert!(worst > 0.6, "{worst}");
+        assert!(worst.iter().all(|&worst| worst < 1.0), "{worst:?}");
+        // The bounds are tight: half of them would not be enough.
+        assert!(worst.iter().all(|&worst| worst > 0.6), "{worst:?}");
     }
 
     /// Transforms rays that pass through world-space vertices back to mesh space. Each transformed
@@ -318,10 +331,10 @@ mod tests {
             };
             let (origin, end) = (placed(from), placed(to));
             let ray = Ray64::new(origin, [0, 1, 2].map(|k| end[k] - origin[k]));
-            let inverse = Inverse::new(&m, &EXTENT);
+            let inverse = Inverse::new(&m, &EXTENT, 1.0);
             let from = [ray.origin, ray.dir].map(Vec3::<f64>::splat);
-            let (local, is_near) = inverse.tree_ray(&m, from, &EXTENT, 1.0);
-            if !(inverse.is_useful() && is_near) {
+            let (local, is_near) = inverse.tree_ray(from);
+            if !is_near {
                 continue;
             }
             compared += 1;

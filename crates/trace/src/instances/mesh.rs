@@ -131,11 +131,13 @@ impl Extent {
         })
     }
 
-    /// Returns the largest magnitude of a coordinate along each axis; 0 if there are no triangles.
+    /// Returns the largest magnitude of a coordinate along each axis, including that of the centre;
+    /// 0 if there are no triangles.
     #[inline]
     pub(super) fn largest(&self) -> [f64; 3] {
-        let [lo, hi] = self.bounds;
-        [0, 1, 2].map(|k| if lo[k] <= hi[k] { lo[k].abs().max(hi[k].abs()) } else { 0.0 })
+        let ([lo, hi], centre) = (self.bounds, self.centre);
+        let largest = |k: usize| lo[k].abs().max(hi[k].abs()).max(centre[k].abs());
+        [0, 1, 2].map(|k| if lo[k] <= hi[k] { largest(k) } else { 0.0 })
     }
 
     /// Returns whether there are no triangles.

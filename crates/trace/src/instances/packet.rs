@@ -263,7 +263,7 @@ impl<S: Simd> VisitInstances<'_, '_, '_, S> {
     #[inline(always)]
     fn visit_instance(&mut self, instance: usize, some: u32) {
         let scene = self.scene;
-        let is_seen = scene.placed[instance].mask & self.mask != 0;
+        let is_seen = scene.frames[instance].mask & self.mask != 0;
         let Some(entry) = scene.mesh(instance).filter(|_| is_seen) else { return };
         let mut alone = some;
         let is_useful = scene.frames[instance].inverse.is_useful();
@@ -298,17 +298,17 @@ impl<S: Simd> VisitInstances<'_, '_, '_, S> {
     /// Traces rays together through the mesh of an instance. Returns a mask of the rays that must
     /// be traced alone.
     #[inline(always)]
-    fn enter(&mut self, MeshEntry { mesh, extent }: &MeshEntry, instance: usize, some: u32) -> u32 {
+    fn enter(&mut self, MeshEntry { mesh, .. }: &MeshEntry, instance: usize, some: u32) -> u32 {
         let Self { scene, world, rule, mask, scratch, collect, until, work, .. } = self;
         let (tree, matrix) = (mesh.tree(), &scene.placed[instance].matrix);
         let frame = &scene.frames[instance];
         let rays = world.in_tree::<S>(
             some,
             #[inline(always)]
-            |rays| frame.inverse.tree_ray(matrix, rays, extent, tree.reach),
+            |rays| frame.inverse.tree_ray(rays),
         );
         let (margin, t_min) =
-            (rays.margin(tree.reach), all_rounded_down::<S>(&world.t_min, &rays.unit));
+            (rays.margin(frame.inverse.reach), all_rounded_down::<S>(&world.t_min, &rays.unit));
         let mut alone = some & !rays.some;
         let (rule, mask, level) = (*rule, *mask, PhantomData);
         let mut leaves = VisitLeaves::<S> {

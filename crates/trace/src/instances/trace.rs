@@ -137,7 +137,7 @@ pub(super) struct VisitOne<'a, S> {
 impl<S: Simd> Visit for VisitOne<'_, S> {
     #[inline(always)]
     fn visit(&mut self, instance: usize) -> Option<f32> {
-        let is_seen = self.scene.placed[instance].mask & self.mask != 0;
+        let is_seen = self.scene.frames[instance].mask & self.mask != 0;
         let Some(entry) = self.scene.mesh(instance).filter(|_| is_seen) else {
             return Some(rounded_up(self.collect.far(), self.unit));
         };
@@ -171,8 +171,8 @@ impl<S: Simd> VisitOne<'_, S> {
             #[inline(always)]
             || {
                 let from = [ray.origin, ray.dir].map(Vec3::<f64>::splat);
-                let (ray, is_near) = frame.inverse.tree_ray(matrix, from, extent, tree.reach);
-                is_near.then(|| TreeSlabs::new::<S>(ray, tree.reach))?
+                let (ray, is_near) = frame.inverse.tree_ray(from);
+                is_near.then(|| TreeSlabs::new::<S>(ray, frame.inverse.reach))?
             },
         );
         let slabs = slabs.flatten();
@@ -181,8 +181,8 @@ impl<S: Simd> VisitOne<'_, S> {
             WorldWalk { tree, extent, matrix, sizes, ray }.run(&mut leaves);
             return leaves.go_on;
         };
-        // The direction was scaled by a power of two, so from here on the traversal's t is the
-        // ray's t times that factor.
+        // The direction may have been scaled by a power of two, so from here on the traversal's t is
+        // the ray's t times that factor.
         leaves.unit = unit;
         let interval = [rounded_down(ray.t_min, unit), leaves.far()];
         let shortens = leaves.collect.shortens();

@@ -1,7 +1,7 @@
 //! Transforms rays to the units of a tree for the slab test.
 
 use intertri::Ray;
-use intertri::simd::{Lanes, Simd};
+use intertri::simd::{Lanes, Mask, Simd};
 
 use super::matrix::{TreeRay, largest};
 use crate::tree::Margin;
@@ -13,10 +13,13 @@ const FAR: f64 = (1_u64 << 49) as f64;
 /// The length of the shortest direction allowed (2^-900). The longest allowed is the inverse.
 const SHORT: f64 = f64::from_bits((1023 - 900) << 52);
 
+/// Directions up to this length (2^40), and not shorter than its inverse, need no scaling.
+const LONG: f64 = (1_u64 << 40) as f64;
+
 impl<D: Lanes<Scalar = f64>> TreeRay<D> {
-    /// Scales directions by powers of two to lengths between 1 and 2, because the error bounds of
-    /// the slab test exclude extreme lengths. Returns the scaled rays, the factors that convert t
-    /// to their units, and a mask of the rays that are in range for the slab test.
+    /// Scales directions by powers of two if any is very long or short, because the error bounds of
+    /// the slab test exclude extreme lengths. Returns the scaled rays, the factors that convert t to
+    /// their units, and a mask of the rays that are in range for the slab test.
     #[inline(always)]
     pub(super) fn scaled(self) -> (Self, D, D::Mask) {
         let Self { origin, dir, room } = self;
@@ -27,6 +30,11 @@ impl<D: Lanes<Scalar = f64>> TreeRay<D> {
         let is_bounded = along.x.le(most) & along.y.le(most) & along.z.le(most);
         let length = largest(dir);
         let is_sane = is_near & is_bounded & length.ge(splat(SHORT));
+        let is_ordinary = length.ge(splat(1.0 / LONG)) & length.le(splat(LONG));
+        // A predicted branch, because the slab test waits for the direction.
+        if !(!is_ordinary).any() {
+            return (self, splat(1.0), is_sane);
+        }
         // Scaling by a power of two is exact.
         let unit = length.power();
         let dir = dir * (splat(1.0) / unit);
@@ -34,7 +42,7 @@ impl<D: Lanes<Scalar = f64>> TreeRay<D> {
     }
 }
 
-/// A ray in a tree's units, with its direction scaled by a power of two to a length near 1.
+/// A ray in a tree's units. Its direction may be scaled by a power of two.
 pub(super) struct TreeSlabs {
     pub(super) slabs: Slabs,
     pub(super) octant: usize,
