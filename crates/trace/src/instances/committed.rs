@@ -39,15 +39,17 @@ pub(super) struct MeshEntry {
     pub(super) extent: Extent,
 }
 
-/// A placement prepared for tracing: everything that a ray needs in order to enter the instance, in
-/// two cache lines.
+/// A placement prepared for tracing: what a ray needs in order to be transformed to the mesh's
+/// frame, in two cache lines.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(super) struct Frame {
     pub(super) inverse: Inverse,
-    /// The number of the mesh, or [`NO_MESH`].
+    /// The coordinates of the mesh's tree range over plus and minus this value.
+    pub(super) reach: f32,
+    /// The number of the mesh, or [`NO_MESH`] if no ray can hit the instance.
     mesh: u32,
-    /// The mask of the instance; see [`Placed`].
+    /// The mask of the instance (see [`Placed`]), or 0 if no ray can hit it.
     pub(super) mask: u32,
     /// Whether f64 lanes can compute the world-space corners without overflow or underflow.
     pub(super) is_tame: bool,
@@ -92,7 +94,8 @@ impl Committed {
         Ok(Self { placed, frames, meshes, top, mesh_stack })
     }
 
-    /// Returns the mesh of an instance, or `None` if the instance was removed.
+    /// Returns the mesh of an instance, or `None` if no ray can hit it, because it is removed, hidden,
+    /// or empty.
     #[inline]
     pub(super) fn mesh(&self, instance: usize) -> Option<&MeshEntry> {
         self.meshes.get(self.frames[instance].mesh as usize)?.as_ref()
@@ -105,7 +108,8 @@ fn mesh_of<'a>(meshes: &'a [Option<MeshEntry>], placed: &Placed) -> Option<&'a M
 }
 
 impl Frame {
-    const NONE: Self = Self { inverse: Inverse::NONE, mesh: NO_MESH, mask: 0, is_tame: false };
+    const NONE: Self =
+        Self { inverse: Inverse::NONE, reach: 0.0, mesh: NO_MESH, mask: 0, is_tame: false };
 
     /// Prepares an instance: returns its frame and the box around it.
     fn look(placed: &Placed, mesh: Option<&MeshEntry>) -> FrameAndBox {
@@ -118,8 +122,10 @@ impl Frame {
             return (Self::NONE, None);
         }
         let (matrix, sizes) = (&placed.matrix, sizes(&placed.matrix, extent));
+        let reach = mesh.tree().reach;
         let frame = Self {
-            inverse: Inverse::new(matrix, extent, mesh.tree().reach),
+            inverse: Inverse::new(matrix, extent, reach),
+            reach,
             mesh: placed.mesh,
             mask: placed.mask,
             is_tame: is_tame(matrix, extent, &sizes),

@@ -47,6 +47,7 @@ const PRODUCT: f64 = 5.0 * W;
 const TINY: f64 = 4.0 * f64::MIN_POSITIVE;
 
 /// If a sum of magnitudes exceeds this (2^1000), its product with another such sum could overflow.
+/// Entries of scaled inverses are between the inverse of this value and this value.
 const ENORMOUS: f64 = f64::from_bits((1023 + 1000) << 52);
 
 /// A factor that rounds sums of magnitudes up.
@@ -114,9 +115,7 @@ pub(super) struct Inverse {
     /// The largest distance outside a triangle's box at which its hits may lie, in the tree's units:
     /// for a ray that starts at `from`, and the additional distance per unit of the world between
     /// `from` and the origin of the ray. NaN if there is no useful inverse.
-    room: [f32; 2],
-    /// The coordinates of the tree range over plus and minus this value.
-    pub(super) reach: f32,
+    room: [f64; 2],
 }
 
 /// Rays in the units of a tree, one per lane.
@@ -130,9 +129,9 @@ pub(super) struct TreeRay<D> {
 
 impl Inverse {
     /// The value for a placement that has no useful inverse.
-    pub(super) const NONE: Self =
-        Self { rows: [[0.0; 3]; 3], from: [0.0; 3], room: [f32::NAN; 2], reach: 0.0 };
+    pub(super) const NONE: Self = Self { rows: [[0.0; 3]; 3], from: [0.0; 3], room: [f64::NAN; 2] };
 
+    /// Computes the inverse of a matrix for a mesh whose tree has coordinates in ±`reach`.
     pub(super) fn new(m: &Matrix, extent: &Extent, reach: f32) -> Self {
         let a = [0, 4, 8].map(|i| [m[i], m[i + 1], m[i + 2]]);
         let rows = near_inverse(a);
@@ -153,7 +152,8 @@ impl Inverse {
         let row = |[x, y, z]: [f64; 3]| x.abs() + y.abs() + z.abs();
         let forth = row(a[0]).max(row(a[1])).max(row(a[2]));
         let dir = (INVERSE * defect + DIR * size * forth) * UP;
-        // The scale is a power of two, so multiplying by it is exact unless an entry underflows.
+        // The scale is a power of two, so multiplying by it is exact unless an entry overflows or
+        // underflows.
         let (scale, centre) = (extent.scale, extent.centre);
         let scaled = rows.map(|row| row.map(|x| x * scale));
         let limits = 1.0 / ENORMOUS..=ENORMOUS;
@@ -169,13 +169,15 @@ impl Inverse {
         let corner = CORNER * corner * if is_centred { 1.0 } else { 2.0 };
         // (3) in the proof: the errors of the corners and the origin, plus the effect of the
         // direction's error at the far side of the mesh.
-        let (corner, size, reach64) = (corner * scale, size * scale, f64::from(reach));
+        let (corner, size) = (corner * scale, size * scale);
         let origin = size * (INVERSE * defect + ORIGIN);
-        let room = corner + INVERSE * dir * (reach64 + corner);
+        let room = corner + INVERSE * dir * (f64::from(reach) + corner);
         let per_distance = origin + INVERSE * dir * (INVERSE * size + origin);
-        // Round up. Some CPUs read subnormal numbers as 0, so avoid them.
-        let up = |x: f64| ((x * UP) as f32).next_up().max(f32::MIN_POSITIVE);
-        Self { rows: scaled, from: [x, y, z], room: [up(room), up(per_distance)], reach }
+        let room = [room, per_distance].map(|x| x * UP);
+        if !room.iter().all(|x| x.is_finite()) {
+            return Self::NONE;
+        }
+        Self { rows: scaled, from: [x, y, z], room }
     }
 
     /// Returns whether rays can be transformed to mesh space.
@@ -184,20 +186,22 @@ impl Inverse {
         !self.room[0].is_nan()
     }
 
-    /// Transforms rays to the units of the mesh's tree. The mask marks the rays whose error bounds
-    /// are small enough; it is empty if there is no useful inverse.
+    /// Transforms rays to the units of the mesh's tree, whose coordinates range over ±`reach`. The
+    /// mask marks the rays whose error bounds are small enough; it is empty if there is no useful
+    /// inverse.
     #[inline(always)]
     pub(super) fn tree_ray<D: Lanes<Scalar = f64>>(
         &self,
         [origin, dir]: [Vec3<D>; 2],
+        reach: f32,
     ) -> (TreeRay<D>, D::Mask) {
-        let splat = |x: f32| D::splat(x.into());
+        let (splat, reach) = (D::splat, D::splat(reach.into()));
         let from = origin - Vec3::splat(self.from);
         let (origin, dir) = (times(&self.rows, from), times(&self.rows, dir));
-        let room = (splat(self.room[0]) + splat(self.room[1]) * largest(from)) * D::splat(UP);
+        let room = (splat(self.room[0]) + splat(self.room[1]) * largest(from)) * splat(UP);
         // A margin of one hundredth of the mesh's size costs little. With a much larger margin,
         // traversal in world space is faster.
-        (TreeRay { origin, dir, room }, room.le(D::splat(0.25) * splat(self.reach)))
+        (TreeRay { origin, dir, room }, room.le(splat(0.25) * reach))
     }
 }
 
@@ -301,7 +305,7 @@ mod tests {
             for (k, corner) in [x, y, z].into_iter().enumerate() {
                 let off = ((corner - inverse.from[k]) / scale - (at[k] - centre[k])).abs();
                 let worst = &mut worst[i % 2];
-                *worst = worst.max(off / f64::from(inverse.room[0]));
+                *worst = worst.max(off / inverse.room[0]);
             }
         }
         assert!(worst.iter().all(|&worst| worst < 1.0), "{worst:?}");
@@ -331,19 +335,26 @@ mod tests {
             };
             let (origin, end) = (placed(from), placed(to));
             let ray = Ray64::new(origin, [0, 1, 2].map(|k| end[k] - origin[k]));
-            let inverse = Inverse::new(&m, &EXTENT, 1.0);
+            // Half of the trees have their own scale and centre.
+            let mut extent = EXTENT;
+            if compared % 2 == 0 {
+                (extent.scale, extent.centre) =
+                    (whole(20.0).exp2(), [0; 3].map(|_| whole(64.0) / 64.0));
+            }
+            let Extent { scale, centre, .. } = extent;
+            let inverse = Inverse::new(&m, &extent, scale as f32);
             let from = [ray.origin, ray.dir].map(Vec3::<f64>::splat);
-            let (local, is_near) = inverse.tree_ray(from);
+            let (local, is_near) = inverse.tree_ray(from, scale as f32);
             if !is_near {
                 continue;
             }
             compared += 1;
             let (at, dir) = (local.origin, local.dir);
             let reached = [at.x + dir.x, at.y + dir.y, at.z + dir.z];
-            for (reached, to) in reached.into_iter().zip(to) {
-                let off = (reached - to).abs();
+            for (k, reached) in reached.into_iter().enumerate() {
+                let off = (reached - (to[k] - centre[k]) * scale).abs();
                 // Allow for the rounding of the sum above.
-                let room = local.room + 4.0 * f64::EPSILON;
+                let room = local.room + 4.0 * f64::EPSILON * scale;
                 worst = worst.max(off / room);
             }
         }

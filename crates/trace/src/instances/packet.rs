@@ -305,10 +305,10 @@ impl<S: Simd> VisitInstances<'_, '_, '_, S> {
         let rays = world.in_tree::<S>(
             some,
             #[inline(always)]
-            |rays| frame.inverse.tree_ray(rays),
+            |rays| frame.inverse.tree_ray(rays, frame.reach),
         );
         let (margin, t_min) =
-            (rays.margin(frame.inverse.reach), all_rounded_down::<S>(&world.t_min, &rays.unit));
+            (rays.margin(frame.reach), all_rounded_down::<S>(&world.t_min, &rays.unit));
         let mut alone = some & !rays.some;
         let (rule, mask, level) = (*rule, *mask, PhantomData);
         let mut leaves = VisitLeaves::<S> {

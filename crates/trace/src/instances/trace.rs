@@ -171,8 +171,8 @@ impl<S: Simd> VisitOne<'_, S> {
             #[inline(always)]
             || {
                 let from = [ray.origin, ray.dir].map(Vec3::<f64>::splat);
-                let (ray, is_near) = frame.inverse.tree_ray(from);
-                is_near.then(|| TreeSlabs::new::<S>(ray, frame.inverse.reach))?
+                let (ray, is_near) = frame.inverse.tree_ray(from, frame.reach);
+                is_near.then(|| TreeSlabs::new::<S>(ray, frame.reach))?
             },
         );
         let slabs = slabs.flatten();
