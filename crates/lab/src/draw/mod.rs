@@ -24,7 +24,4 @@ pub use offsets::offsets;
 pub use onsets::onsets;
 pub use page::{Section, page};
 pub use png::png;
-pub use svg::{Anchor, Font, Svg};
-
-#[cfg(test)]
-mod tests;
+pub use svg::{Anchor, Font, Svg, width};

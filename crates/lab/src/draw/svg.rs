@@ -65,7 +65,7 @@ impl<'a> Font<'a> {
 }
 
 /// Returns the approximate width of a text in the fonts that [`Svg`] names.
-pub(super) fn width(text: &str, size: f64) -> f64 {
+pub fn width(text: &str, size: f64) -> f64 {
     text.chars()
         .map(|c| match c {
             'i' | 'l' | 'j' | '.' | ',' | '\'' | '|' => 0.32,

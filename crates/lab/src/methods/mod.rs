@@ -47,8 +47,7 @@ pub use method::Method;
 pub use real::{Number, Real};
 #[cfg(feature = "measure")]
 pub use reference::reference_closest;
+#[cfg(all(test, feature = "draw"))]
+pub(crate) use table::FIXED;
 #[cfg(feature = "measure")]
 pub use table::{EXACT, METHODS, OF_THE_REFERENCE};
-
-#[cfg(all(test, feature = "measure"))]
-mod tests;

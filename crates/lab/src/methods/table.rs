@@ -115,6 +115,16 @@ pub const OF_THE_REFERENCE: [&str; 3] = ["InterTri f64", "certified", "certified
 /// The methods whose answers are exact for the coordinates as given.
 pub const EXACT: [&str; 3] = ["exact", "exact, one origin", "exact, once"];
 
+/// The `fixed` mode.
+pub(crate) const FIXED: Method = Method {
+    name: "fixed",
+    source: "the kernel",
+    bits: 53,
+    pairs: |level, _, triangles, rays, to| fixed::pairs(level, triangles, rays, to),
+    closest: fixed::closest,
+    counts: fixed::counts,
+};
+
 /// Every method. All comparisons iterate over this table.
 ///
 /// Document D's own test is one-sided and leaves one edge open; here it is two-sided and closed,
@@ -159,12 +169,5 @@ pub static METHODS: &[Method] = &[
         let crossings = |ray| Mode::once().at(level).all(&batch.triangles, ray).len() as u32;
         batch.rays.iter().map(crossings).collect()
     }),
-    Method {
-        name: "fixed",
-        source: "the kernel",
-        bits: 53,
-        pairs: |level, _, triangles, rays, to| fixed::pairs(level, triangles, rays, to),
-        closest: fixed::closest,
-        counts: fixed::counts,
-    },
+    FIXED,
 ];

@@ -4,13 +4,13 @@ use intertri::Ray;
 use intertri::simd::Level;
 use intertri_reference::THRESHOLD;
 
-use crate::families::find;
-use crate::layout::{Form, Layout};
-use crate::methods::{METHODS, on_grid};
-use crate::oracle::{self, LinePosition, exact_t};
-use crate::rng::Rng;
-use crate::test_batch::{Answer, ClosestHit, TestBatch};
-use crate::workloads::{Model, Workload};
+use intertri_lab::families::find;
+use intertri_lab::layout::{Form, Layout};
+use intertri_lab::methods::{METHODS, on_grid};
+use intertri_lab::oracle::{self, LinePosition, exact_t};
+use intertri_lab::rng::Rng;
+use intertri_lab::test_batch::{Answer, ClosestHit, TestBatch};
+use intertri_lab::workloads::{Model, Workload};
 
 #[test]
 fn watertight_methods_hold_water_and_others_leak() {

@@ -3,17 +3,17 @@
 use intertri::simd::Vec3;
 use intertri::{Ray, Triangle};
 
-use crate::methods::Intersector;
-use crate::methods::badouel::Badouel;
-use crate::methods::baldwin_weber::BaldwinWeber;
-use crate::methods::cramer::Cramer;
-use crate::methods::embree::{EdgeForm, Robust};
-use crate::methods::inter_tri::InterTri;
-use crate::methods::moller_trumbore::MollerTrumbore;
-use crate::methods::pluecker::Pluecker;
-use crate::methods::signed_volume::SignedVolume;
-use crate::methods::woop::Woop;
-use crate::oracle;
+use intertri_lab::methods::Intersector;
+use intertri_lab::methods::badouel::Badouel;
+use intertri_lab::methods::baldwin_weber::BaldwinWeber;
+use intertri_lab::methods::cramer::Cramer;
+use intertri_lab::methods::embree::{EdgeForm, Robust};
+use intertri_lab::methods::inter_tri::InterTri;
+use intertri_lab::methods::moller_trumbore::MollerTrumbore;
+use intertri_lab::methods::pluecker::Pluecker;
+use intertri_lab::methods::signed_volume::SignedVolume;
+use intertri_lab::methods::woop::Woop;
+use intertri_lab::oracle;
 
 /// Tests one ray against one triangle, with scalars in place of lanes.
 fn ask<M: Intersector>(

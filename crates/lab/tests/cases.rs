@@ -4,11 +4,11 @@ use intertri::simd::Level;
 use intertri::{Ray, Triangle};
 use intertri_reference::{Ray as F64Ray, Scene as F64Scene, THRESHOLD};
 
-use crate::families::{Case, FAMILIES, find};
-use crate::methods::{METHODS, Method, OF_THE_REFERENCE};
-use crate::oracle::{self, exact_t};
-use crate::rng::Rng;
-use crate::test_batch::Answer;
+use intertri_lab::families::{Case, FAMILIES, find};
+use intertri_lab::methods::{METHODS, Method, OF_THE_REFERENCE};
+use intertri_lab::oracle::{self, exact_t};
+use intertri_lab::rng::Rng;
+use intertri_lab::test_batch::Answer;
 
 /// Returns a method's answers for a list of cases.
 fn answers(method: &Method, level: Level, cases: &[Case]) -> Vec<Answer> {

@@ -1,14 +1,18 @@
 //! Checks that the text labels of every chart stay inside the chart and do not overlap, and that
 //! the charts name each method.
 
-use super::marks::is_kernel;
-use super::svg::width;
-use super::{Svg, chart, edge_maps, heat, offsets, onsets};
-use crate::accuracy::{ErrorCounts, ON_GRID};
-use crate::methods::METHODS;
-use crate::stress::{CONTENDERS, DISTANCES, InputPrecision, OffsetErrors, Onset, SWEEPS};
-use crate::timing::Time;
-use crate::workloads::Workload;
+use intertri_lab::accuracy::{ErrorCounts, ON_GRID};
+use intertri_lab::draw::{Race, Section, Svg};
+use intertri_lab::draw::{chart, crossover, edge_maps, heat, offsets, onsets, page, width};
+use intertri_lab::methods::{METHODS, Method};
+use intertri_lab::stress::{CONTENDERS, DISTANCES, InputPrecision, OffsetErrors, Onset, SWEEPS};
+use intertri_lab::timing::Time;
+use intertri_lab::workloads::Workload;
+
+/// Returns whether a method is one of the kernel's modes.
+fn is_kernel(method: &Method) -> bool {
+    method.source.starts_with("the kernel")
+}
 
 /// A text label in a chart, and two opposite corners of the area that it covers.
 struct Text {
@@ -119,7 +123,7 @@ fn the_rows_of_onsets_and_edge_maps_name_each_method() {
     for sweep in SWEEPS {
         for method in METHODS {
             for (parameter, false_hits) in [(sweep.from, 0), (sweep.to, 300)] {
-                let false_hits = if is_kernel(method.name) { 0 } else { false_hits };
+                let false_hits = if is_kernel(method) { 0 } else { false_hits };
                 all.push(Onset {
                     sweep: sweep.name,
                     parameter,
@@ -145,7 +149,7 @@ fn the_rows_of_onsets_and_edge_maps_name_each_method() {
             assert_eq!(count, times, "{name}: {}", method.name);
         }
         let none = texts.iter().filter(|text| *text == "none").count();
-        let modes = METHODS.iter().filter(|method| is_kernel(method.name)).count();
+        let modes = METHODS.iter().filter(|method| is_kernel(method)).count();
         assert!(none == if name == "edge maps" { 0 } else { modes * SWEEPS.len() }, "{name}");
     }
 }
@@ -174,4 +178,34 @@ fn walls_far_from_zero_have_a_row_for_each_method_and_what_it_was_given() {
     }
     // "none" appears at the curve and at the northing; 17.5 % is the share at 500 km.
     assert_eq!((count("none"), count("17.5 %")), (4, 6));
+}
+
+#[test]
+fn a_page_needs_nothing_else() {
+    let svg = Svg::new(40.0, 30.0);
+    let sections = [Section { title: "a < b", text: "\"so\" & on", picture: &svg }];
+    let page = page("Title", "one\ntwo", &sections);
+    assert!(page.contains("<h2>a &lt; b</h2>\n<p>&quot;so&quot; &amp; on</p>"));
+    assert!(page.contains("one<br>two") && page.contains("<td>Möller–Trumbore f32</td>"));
+    assert_eq!(page.matches("<svg").count(), 1);
+    for word in ["<script", "src=", "href=", "url(", "@import", "<link"] {
+        assert!(!page.contains(word), "{word}");
+    }
+}
+
+#[test]
+fn a_ring_stands_where_the_lines_cross() {
+    let race = |triangles, rays, raster| Race {
+        task: Race::TASKS[1],
+        triangles,
+        width: 64,
+        height: 48,
+        rays,
+        raster,
+    };
+    let circles = |races: &[Race]| crossover(races, "").to_string().matches("<circle").count();
+    // One of the circles belongs to the legend.
+    assert_eq!(circles(&[race(100, 0.02, 0.01), race(10_000, 0.03, 0.04)]), 2);
+    assert_eq!(circles(&[race(100, 0.02, 0.01), race(10_000, 0.03, 0.02)]), 1);
+    assert_eq!(circles(&[]), 1);
 }

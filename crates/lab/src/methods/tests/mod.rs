@@ -1,5 +1,0 @@
-//! Tests the methods' known properties and known failures.
-
-mod batches;
-mod by_hand;
-mod cases;
