@@ -40,7 +40,7 @@ fn board(s: f32) -> Vec<Triangle> {
 fn every_size_of_scene_that_f32_has() {
     // The centre of a square lies on its diagonal, so both of its triangles are hit.
     for exponent in [-140, -126, -100, -40, 0, 40, 100, 126] {
-        let s = 2.0_f32.powi(exponent);
+        let s = (exponent as f32).exp2();
         assert_eq!(hits(board(s), through_a_board(s, -s, s), 0.0), 32, "2^{exponent}");
     }
     // Three eighths of `f32::MAX` is not exactly an f32, so most rays miss the diagonals and hit

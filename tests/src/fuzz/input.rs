@@ -45,7 +45,7 @@ impl<'a> Input<'a> {
     fn scale(&mut self) -> f32 {
         match self.below(4) {
             0 | 1 => 1.0,
-            2 => 2.0_f32.powi(self.below(256) as i32 - 149),
+            2 => (self.below(256) as f32 - 149.0).exp2(),
             _ => self.bits(),
         }
     }

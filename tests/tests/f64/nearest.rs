@@ -120,7 +120,7 @@ fn check_point(point: [f64; 3], triangle: &Triangle64, answer: &ClosestPoint, na
     let exact = |x: f64| RBig::try_from(x).unwrap();
     let (_, [u, v]) = truth(point, triangle);
     let largest = triangle.0.as_flattened().iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    let off = exact(largest) * exact(2.0_f64.powi(-50)) + exact(2.0_f64.powi(-1073));
+    let off = exact(largest) * exact(2.0_f64.powi(-50)) + exact((-1073.0_f64).exp2());
     for axis in 0..3 {
         let [a, b, c] = triangle.0.map(|corner| corner[axis]);
         let at = exact(a) * (RBig::ONE - &u - &v) + exact(b) * &u + exact(c) * &v;
