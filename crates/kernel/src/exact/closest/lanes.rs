@@ -80,8 +80,9 @@ pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) ->
     // distance equals the distance to the nearest edge. Otherwise, the plane gives a lower bound.
     let beside = outside | square.le(fourth * D::splat(FLAT));
     let least = D::select(beside, edge * less - edge_doubt, plane * less - plane_doubt);
-    // If a triangle is a point, its edges are also as near as the triangle.
-    let bounded = known | length.le(none);
+    // If a triangle is a point, its edges are also as near as the triangle. If a square overflows,
+    // which takes a point 2^500 times as far away as the triangle is large, nothing is known.
+    let bounded = (known | length.le(none)) & least.lt(D::splat(f64::INFINITY));
     let least = D::select(bounded & least.ge(none), least, none);
     let (most, above) = (edge * more + edge_doubt, plane * more + plane_doubt);
     // Upper bounds may be combined freely, because each is the distance to some point on the
