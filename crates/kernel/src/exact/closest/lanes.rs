@@ -81,7 +81,7 @@ pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) ->
     let beside = outside | square.le(fourth * D::splat(FLAT));
     let least = D::select(beside, edge * less - edge_doubt, plane * less - plane_doubt);
     // If a triangle is a point, its edges are also as near as the triangle. If a square overflows,
-    // which takes a point 2^500 times as far away as the triangle is large, nothing is known.
+    // which takes a point about 2^500 times as far away as the mesh is large, nothing is known.
     let bounded = (known | length.le(none)) & least.lt(D::splat(f64::INFINITY));
     let least = D::select(bounded & least.ge(none), least, none);
     let (most, above) = (edge * more + edge_doubt, plane * more + plane_doubt);
