@@ -8,6 +8,7 @@
 mod crossings;
 mod fixture;
 pub mod fuzz;
+pub mod grid_reference;
 mod hierarchy;
 pub mod oracle;
 mod scene;

@@ -89,7 +89,7 @@ fn the_grid_at_the_ends_of_f32() {
             Ok(grid) => {
                 let triangles: Vec<_> =
                     board(s).iter().map(|t| grid.triangle(t).unwrap()).collect();
-                let blocks: Vec<_> = blocks(&triangles).collect();
+                let blocks = blocks(&triangles);
                 for ray in through_a_board(s, -s, s) {
                     let count = Fixed::default().crossings(&blocks, &grid.ray(&ray).unwrap());
                     assert_eq!(count.unsigned, 1, "{s:e} {ray:?}");

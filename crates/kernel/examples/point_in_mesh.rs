@@ -23,7 +23,7 @@ fn main() -> Result<(), GridError> {
     // of points.
     let grid = Grid::at(Bits::FINE, 10, [0; 3])?;
     let facets = faces.iter().map(|t| grid.triangle(t)).collect::<Result<Vec<_>, _>>()?;
-    let solid: Vec<_> = blocks(&facets).collect();
+    let solid = blocks(&facets);
 
     let mut inside = 0;
     for i in 0..729 {

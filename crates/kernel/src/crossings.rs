@@ -27,7 +27,7 @@ pub struct Crossing {
 /// // Through the front of one wall and the back of another.
 /// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
 /// let (front, back) = ([[0, 0, 5], [4, 0, 5], [0, 4, 5]], [[0, 0, 9], [0, 4, 9], [4, 0, 9]]);
-/// let walls: Vec<_> = blocks(&[grid.triangle_of(front)?, grid.triangle_of(back)?]).collect();
+/// let walls = blocks(&[grid.triangle_of(front)?, grid.triangle_of(back)?]);
 /// let crossings = Fixed::default().crossings(&walls, &grid.ray_of([1, 1, 0], [0, 0, 1])?);
 /// assert_eq!(crossings, Crossings { signed: 0, unsigned: 2 });
 /// # Ok::<_, intertri::fixed::GridError>(())

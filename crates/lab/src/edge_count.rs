@@ -98,7 +98,7 @@ fn fixed(batch: &TestBatch, count: &mut EdgeCount) {
         let grid = Grid::around(points, Bits::FINE)?;
         let triangles: Result<Vec<_>, _> =
             batch.triangles.iter().map(|t| grid.triangle(t)).collect();
-        let blocks: Vec<_> = fixed::blocks(&triangles?).collect();
+        let blocks = fixed::blocks(&triangles?);
         let mode = Fixed::default();
         let count = |ray| Ok(mode.crossings(&blocks, &grid.ray(ray)?).unsigned);
         batch.rays.iter().map(count).collect::<Result<Vec<_>, fixed::GridError>>()

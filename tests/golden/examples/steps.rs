@@ -7,8 +7,7 @@
 
 use std::hint::black_box;
 
-use intertri::fixed::{Bits, Grid, Packet, Prepared};
-use intertri::simd::{Level, Simd, WithSimd};
+use intertri::simd::Level;
 use intertri::{Hit, Mode, Ray, Triangle};
 use intertri_lab::meshes::Mesh;
 use intertri_lab::rng::Rng;
@@ -23,8 +22,6 @@ fn main() {
     let (certified, exact) = (Mode::certified().at(LEVEL), Mode::exact().at(LEVEL));
     let mut inputs = Inputs(Rng::new(1));
     match &name[..] {
-        "integers" => integers::<false>(&mut inputs, times),
-        "grid" => integers::<true>(&mut inputs, times),
         "slices certified" => slices(&mut inputs, certified, times),
         "slices exact" => slices(&mut inputs, exact, times),
         "primary certified" => batches(certified, &primary(), times),
@@ -68,41 +65,6 @@ fn sphere() -> Bvh {
     let vertices: Vec<[f32; 3]> = mesh.vertices.iter().map(|v| v.map(|x| x as f32)).collect();
     let face = |face: &[usize; 3]| Triangle(face.map(|i| vertices[i]));
     Bvh::new(&mesh.faces.iter().map(face).collect::<Vec<_>>()).expect("the scene is small enough")
-}
-
-/// Tests 64 rays, eight at a time, against 64 triangles in integer arithmetic: 512 steps. With
-/// `FILTER`, the f32 filter goes first.
-fn integers<const FILTER: bool>(inputs: &mut Inputs, times: u64) {
-    let (triangles, rays) = (inputs.triangles(), inputs.rays());
-    let points = triangles.iter().flat_map(|t| t.0).chain(rays.iter().map(|r| r.origin));
-    let grid = Grid::around(points, Bits::FINE).expect("all points are finite");
-    let prepared: Vec<_> = triangles
-        .iter()
-        .map(|t| Prepared::new(&grid.triangle(t).expect("the grid covers the scene")))
-        .collect();
-    let rays: Vec<_> =
-        rays.iter().map(|r| grid.ray(r).expect("the grid covers the scene")).collect();
-    let packets: Vec<_> = rays.chunks(8).map(Packet::new).collect();
-    for _ in 0..times {
-        black_box(LEVEL.run(Grids::<FILTER>(&packets, &prepared)));
-    }
-}
-
-struct Grids<'a, const FILTER: bool>(&'a [Packet<8>], &'a [Prepared]);
-
-impl<const FILTER: bool> WithSimd for Grids<'_, FILTER> {
-    type Output = usize;
-
-    #[inline(always)]
-    fn run<S: Simd>(self) -> usize {
-        let mut found = 0;
-        for packet in self.0 {
-            for triangle in self.1 {
-                packet.crossings_in::<S, FILTER>(triangle, packet.live(), |_, _| found += 1);
-            }
-        }
-        found
-    }
 }
 
 /// Queries a slice for each ray: 4096 pairs.

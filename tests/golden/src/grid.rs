@@ -47,10 +47,10 @@ fn of_grid(
     lines: &mut Vec<Line>,
 ) {
     let few = &rays[..rays.len().min(200)];
-    let blocks: Vec<_> = blocks(triangles).collect();
+    let blocks = blocks(triangles);
     let (mut batch, mut one, mut counts) = (Digest::new(), Digest::new(), Digest::new());
     let mut hits = vec![Hit::MISS; few.len()];
-    fixed.closest_batch(triangles, few, &mut hits);
+    fixed.closest_batch(&blocks, few, &mut hits);
     for (ray, hit) in few.iter().zip(&hits) {
         batch.hit(hit);
         one.hit(&fixed.closest(&blocks, ray).unwrap_or(Hit::MISS));

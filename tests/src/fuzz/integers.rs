@@ -3,9 +3,10 @@
 
 use std::array::from_fn;
 
-use intertri::fixed::{Bits, Fixed, Grid, Ray, Triangle, blocks, scalar};
+use intertri::fixed::{Bits, Fixed, Grid, Ray, Triangle, blocks};
 
 use super::input::Input;
+use crate::grid_reference::crossings;
 use crate::{check_crossings, is_on};
 
 /// Checks eight rays and eight triangles whose coordinates are integers at the limits of the bit
@@ -72,7 +73,7 @@ pub fn fans(bytes: &[u8]) {
     let corners: Vec<[[i32; 3]; 3]> = fan.collect();
     let triangles: Vec<Triangle> =
         corners.iter().map(|&corners| grid.triangle_of(corners).unwrap()).collect();
-    let blocks: Vec<_> = blocks(&triangles).collect();
+    let blocks = blocks(&triangles);
 
     let origin = point(&mut input);
     if corners.iter().any(|&corners| is_on(origin, corners)) {
@@ -93,17 +94,13 @@ pub fn fans(bytes: &[u8]) {
         let expected = *winding.get_or_insert(count.signed);
         assert_eq!(count.signed, expected, "{origin:?} {dir:?} {count:?}\n{corners:?}");
 
-        // The closest hit must equal that of the scalar reference, which compares values of t as
-        // ratios, and the number of hits must equal the number of crossings.
-        let (mut best, mut all) = (intertri::fixed::Best::default(), 0);
-        for (triangle, index) in triangles.iter().zip(0..) {
-            if let Some(crossing) = scalar::crossing(&ray, triangle) {
-                best.offer(crossing, index);
-                all += 1;
-            }
-        }
-        assert_eq!(fixed.closest(&blocks, &ray), best.to_hit(&ray), "{ray:?}\n{corners:?}");
-        assert_eq!(fixed.any(&blocks, &ray), all > 0, "{ray:?}\n{corners:?}");
-        assert_eq!(count.unsigned, all, "{ray:?}\n{corners:?}");
+        // The hits must be those of the scalar reference, which compares values of t as ratios.
+        let want: Vec<_> = (crossings(&ray, &triangles).iter())
+            .map(|(crossing, index)| crossing.to_hit(&ray, *index))
+            .collect();
+        assert_eq!(fixed.all(&blocks, &ray), want, "{ray:?}\n{corners:?}");
+        assert_eq!(fixed.closest(&blocks, &ray).as_ref(), want.first(), "{ray:?}\n{corners:?}");
+        assert_eq!(fixed.any(&blocks, &ray), !want.is_empty(), "{ray:?}\n{corners:?}");
+        assert_eq!(count.unsigned, want.len() as u64, "{ray:?}\n{corners:?}");
     }
 }

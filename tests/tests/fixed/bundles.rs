@@ -105,7 +105,6 @@ fn bundles_answer_as_the_queries_over_all_triangles() {
         let triangles: Vec<Triangle> =
             corners.iter().map(|&t| grid.triangle_of(t).unwrap()).collect();
         let (bvh, blocks) = (GridBvh::new(&triangles), blocks(&triangles));
-        let blocks: Vec<_> = blocks.collect();
         for kind in 0..240 {
             let Some(mut rays) = coherent(&mut n, &grid, &corners, kind) else { continue };
             // Kinds that differ by a multiple of 60 are equivalent, so each kind is tested at every

@@ -1,9 +1,11 @@
 //! Tests that a hierarchy over grid triangles returns the same results as a plain loop over all
 //! triangles.
 
-use intertri::fixed::{Bits, Fixed, Grid, Triangle, blocks, scalar};
+use intertri::fixed::{Bits, Fixed, Grid, Triangle, blocks};
 use intertri::simd::Level;
 use intertri::{Crossing, Crossings, Hit, Ray};
+
+use intertri_tests::grid_reference::{crossing, crossings};
 
 use super::{GridBvh, Numbers, add, solids, sub};
 
@@ -45,7 +47,7 @@ fn the_hierarchy_answers_as_the_queries_over_all_triangles() {
         let triangles: Vec<Triangle> =
             corners.iter().map(|&t| grid.triangle_of(t).unwrap()).collect();
         let bvh = GridBvh::new(&triangles);
-        let blocks: Vec<_> = blocks(&triangles).collect();
+        let blocks = blocks(&triangles);
 
         // Generate bounded and unbounded rays: exactly toward corners, toward edge midpoints, along
         // axes, from corners, and in random directions. Some are snapped from f32 rays, so their t
@@ -86,17 +88,21 @@ fn the_hierarchy_answers_as_the_queries_over_all_triangles() {
         for (i, ray) in rays.iter().enumerate() {
             // Alternate between the levels, which must return the same results.
             let mode = &levels[i % levels.len()];
-            let (closest, mut query) = (mode.closest(&blocks, ray), bvh.query(mode.level()));
+            let want = crossings(ray, &triangles).into_iter();
+            let want: Vec<_> = want
+                .map(|(found, index)| Crossing {
+                    hit: found.to_hit(ray, index),
+                    leaves: found.leaves,
+                })
+                .collect();
+            let all: Vec<Hit> = want.iter().map(|crossing| crossing.hit).collect();
+            let closest = all.first().copied();
+            assert_eq!(mode.closest(&blocks, ray), closest, "{b} {ray:?}");
+            let mut query = bvh.query(mode.level());
             assert_eq!(query.closest(ray), closest, "{b} {ray:?}");
             assert_eq!(query.any(ray), closest.is_some(), "{b} {ray:?}");
-            let all = mode.all(&blocks, ray);
             assert_eq!(query.all(ray), all, "{b} {ray:?}");
-            let side = |hit: &Hit| {
-                let crossing = scalar::crossing(ray, &triangles[hit.triangle as usize]);
-                Crossing { hit: *hit, leaves: crossing.unwrap().leaves }
-            };
-            let sides: Vec<Crossing> = all.iter().map(side).collect();
-            assert_eq!(query.crossings(ray), sides, "{b} {ray:?}");
+            assert_eq!(query.crossings(ray), want, "{b} {ray:?}");
             met += usize::from(closest.is_some());
             crossed += all.len();
         }
@@ -152,7 +158,7 @@ fn t_that_round_alike_are_compared_as_ratios() {
             let longest = to.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
             let dir = to.map(|x| (x / longest * 262_143.0).round() as i32);
             let ray = grid.ray_of(origin, dir).unwrap();
-            let t = pair.map(|triangle| scalar::crossing(&ray, &triangle).map(|at| at.t));
+            let t = pair.map(|triangle| crossing(&ray, &triangle).map(|at| at.t));
             if let [Some(first), Some(second)] = t
                 && first != second
                 && first.to_f64(0) == second.to_f64(0)

@@ -3,9 +3,9 @@
 
 use std::path::PathBuf;
 
-use intertri::Hit;
-use intertri::fixed::{Bits, Fixed, Grid, Triangle, blocks, scalar};
-use intertri_tests::is_on;
+use intertri::fixed::{Bits, Fixed, Grid, Triangle, blocks};
+use intertri::{Blocks, Hit};
+use intertri_tests::{grid_reference, is_on};
 
 use super::solids::{icosphere, is_closed, octahedron};
 use super::{Numbers, add, sub};
@@ -55,7 +55,7 @@ fn cast(
     effort: Effort,
 ) -> usize {
     let triangles: Vec<Triangle> = mesh.iter().map(|&t| grid.triangle_of(t).unwrap()).collect();
-    let blocks: Vec<_> = blocks(&triangles).collect();
+    let blocks = blocks(&triangles);
     let fixed = Fixed::default();
     let mut rays = 0;
     let mut check = |dir: [i32; 3]| {
@@ -103,7 +103,7 @@ fn on_grids(
         // On a coarse grid, snapping moves the surface, possibly onto a point or past it. For all
         // other points, one ray determines whether they are inside, and all rays must agree.
         let triangles: Vec<_> = snapped.iter().map(|&t| grid.triangle_of(t).unwrap()).collect();
-        let blocks: Vec<_> = blocks(&triangles).collect();
+        let blocks = blocks(&triangles);
         let is_inside = |p: &&[f32; 3]| {
             let at = grid.snap(**p).unwrap();
             let winding = Fixed::default().winding(&blocks, &grid, **p).unwrap();
@@ -146,7 +146,7 @@ fn inside_of(mesh: &[[[f32; 3]; 3]], points: usize) -> Vec<[f32; 3]> {
     let grid = Grid::around(mesh.iter().flatten().copied(), Bits::FINE).unwrap();
     let snapped: Vec<_> =
         mesh.iter().map(|&t| grid.triangle(&intertri::Triangle(t)).unwrap()).collect();
-    let blocks: Vec<_> = blocks(&snapped).collect();
+    let blocks = blocks(&snapped);
     let fixed = Fixed::default();
     let deep = grid.step() as f32 * 2.0_f32.powi(14);
     let inside = |p: [f32; 3]| fixed.winding(&blocks, &grid, p).is_ok_and(|winding| winding == 1);
@@ -194,7 +194,7 @@ fn points_are_inside_of_an_octahedron_where_its_formula_says_so() {
     let mesh = octahedron(cells, cell);
     assert!(is_closed(&mesh));
     let triangles: Vec<_> = mesh.iter().map(|&t| grid.triangle_of(t).unwrap()).collect();
-    let blocks: Vec<_> = blocks(&triangles).collect();
+    let blocks = blocks(&triangles);
     let fixed = Fixed::default();
     let r = cells * cell;
     let (mut inside, mut outside) = (0, 0);
@@ -230,9 +230,9 @@ fn turning_or_flipping_triangles_changes_no_unsigned_answer() {
         .map(|t| t.map(|c| c.map(|x| (x * 1000.0).round() as i32)))
         .collect();
     mesh.extend((0..200).map(|_| [n.vector(3), n.vector(3), n.vector(3)]));
-    let make = |mesh: &[[[i32; 3]; 3]]| -> Vec<_> {
+    let make = |mesh: &[[[i32; 3]; 3]]| {
         let triangles: Vec<_> = mesh.iter().map(|&t| grid.triangle_of(t).unwrap()).collect();
-        blocks(&triangles).collect()
+        blocks(&triangles)
     };
     let same = make(&mesh);
     let turned = make(&mesh.iter().map(|&[a, b, c]| [b, c, a]).collect::<Vec<_>>());
@@ -248,7 +248,7 @@ fn turning_or_flipping_triangles_changes_no_unsigned_answer() {
             _ => n.vector(1000),
         };
         let Ok(ray) = grid.ray_of(origin, dir) else { continue };
-        let answer = |blocks: &[_]| {
+        let answer = |blocks: &Blocks| {
             let told = |hit: &Hit| (hit.triangle, hit.t);
             let closest = fixed.closest(blocks, &ray).as_ref().map(told);
             let all: Vec<_> = fixed.all(blocks, &ray).iter().map(told).collect();
@@ -276,7 +276,7 @@ fn equal_t_go_to_the_lowest_index() {
     let scene: Vec<Triangle> = (mesh.iter().copied().chain(again).chain(mesh.iter().copied()))
         .map(|t| grid.triangle_of(t).unwrap())
         .collect();
-    let blocks: Vec<_> = blocks(&scene).collect();
+    let blocks = blocks(&scene);
     let fixed = Fixed::default();
     let rays: Vec<_> = (0..800)
         .map(|i| {
@@ -285,7 +285,7 @@ fn equal_t_go_to_the_lowest_index() {
         })
         .collect();
     let mut hits = vec![Hit::MISS; rays.len()];
-    fixed.closest_batch(&scene, &rays, &mut hits);
+    fixed.closest_batch(&blocks, &rays, &mut hits);
     let mut count = 0;
     for (ray, hit) in rays.iter().zip(hits) {
         assert_eq!(hit, fixed.closest(&blocks, ray).unwrap_or(Hit::MISS));
@@ -315,12 +315,12 @@ fn t_that_f64_cannot_tell_apart_are_compared_exactly() {
         let scene = if n.below(2) == 0 { [far(x), far(x + 1)] } else { [far(x + 1), far(x)] };
         let ray = grid.ray_of([0; 3], [n.within(1 << 17), 1, (1 << 18) - 1]).unwrap();
 
-        let [p, q] = scene.map(|t| scalar::crossing(&ray, &t).unwrap().t);
-        let nearer = u32::from(p.num() * u128::from(q.den()) > q.num() * u128::from(p.den()));
+        let [p, q] = scene.map(|t| grid_reference::crossing(&ray, &t).unwrap().t);
+        let nearer = u32::from(p.num * u128::from(q.den) > q.num * u128::from(p.den));
         equal_in_f64 += usize::from(p.to_f64(0) == q.to_f64(0) && nearer == 1);
         first += usize::from(nearer == 0);
 
-        let blocks: Vec<_> = blocks(&scene).collect();
+        let blocks = blocks(&scene);
         assert_eq!(fixed.closest(&blocks, &ray).unwrap().triangle, nearer, "{scene:?} {ray:?}");
     }
     assert!(equal_in_f64 > 50 && first > 50, "{equal_in_f64} {first}");

@@ -2,7 +2,9 @@
 //! direction is actually moved, and checks the t that the reference computes.
 
 use dashu_ratio::RBig;
-use intertri::fixed::{Bits, Grid, Ray, Triangle, scalar};
+use intertri::fixed::{Bits, Fixed, Grid, Ray, Triangle, blocks};
+
+use intertri_tests::grid_reference::crossing;
 
 use super::{Numbers, add, sub};
 
@@ -78,10 +80,10 @@ fn the_scalar_reference_answers_as_a_ray_that_is_really_moved() {
         }
         let Ok(ray) = grid.ray_of(origin, dir) else { continue };
         let triangle = grid.triangle_of(corners).unwrap();
-        let answer = scalar::crossing(&ray, &triangle);
+        let answer = crossing(&ray, &triangle);
         assert_eq!(answer.map(|c| c.leaves), moved(&ray, &triangle), "{ray:?} {triangle:?}");
         hits += usize::from(answer.is_some());
-        ties += answer.map_or(0, |c| usize::from(c.v == 0 || c.w == 0 || c.v + c.w == c.t.den()));
+        ties += answer.map_or(0, |c| usize::from(c.v == 0 || c.w == 0 || c.v + c.w == c.t.den));
     }
     println!("{hits} crossings, {ties} of them on an edge");
     assert!(hits > 500 && ties > 100, "{hits} {ties}");
@@ -107,19 +109,19 @@ fn t_is_rounded_once_and_compared_exactly() {
         let dir = sub(inner, origin).map(|x| (x >> 3) as f32 * size);
         let at = origin.map(|x| (f64::from(x) * 0.5_f64.powi(scale)) as f32);
         let Ok(ray) = grid.ray(&intertri::Ray::new(at, dir)) else { continue };
-        let Some(crossing) = scalar::crossing(&ray, &triangle) else { continue };
+        let Some(found) = crossing(&ray, &triangle) else { continue };
         hits += 1;
 
         let exponent = ray.exponent();
-        let mut exact = whole(crossing.t.num() as i128) / whole(i128::from(crossing.t.den()));
+        let mut exact = whole(found.t.num as i128) / whole(i128::from(found.t.den));
         let two = whole(2);
         for _ in 0..exponent.unsigned_abs() {
             exact = if exponent > 0 { exact * &two } else { exact / &two };
         }
 
         // No other f64 may be nearer to the exact t.
-        let ratio = whole(crossing.t.num() as i128) / whole(i128::from(crossing.t.den()));
-        let t = crossing.t.to_f64(exponent);
+        let ratio = whole(found.t.num as i128) / whole(i128::from(found.t.den));
+        let t = found.t.to_f64(exponent);
         let rational = |x: f64| RBig::try_from(x).unwrap();
         let distance = |x: f64| {
             let d = rational(x) - &exact;
@@ -129,30 +131,33 @@ fn t_is_rounded_once_and_compared_exactly() {
             let (near, far) = (distance(t), distance(other));
             assert!(near < far || (near == far && t.to_bits() & 1 == 0), "{t} {other}");
         }
-        assert_eq!(crossing.to_hit(&ray, 3).t, t);
+        let all = blocks(&[triangle]);
+        let fixed = |ray: &Ray| Fixed::default().closest(&all, ray);
+        assert_eq!(fixed(&ray), Some(found.to_hit(&ray, 0)));
+        assert_eq!(found.to_hit(&ray, 0).t, t);
 
         // Compare t with f32 values close to it and far from it.
         let near = t as f32;
         for x in [near, near.next_up(), near.next_down(), 0.0, -1.0, f32::MAX, 1e-45, 1e-38, 1.0] {
             if x.is_finite() {
                 let x_exact = RBig::try_from(x).unwrap();
-                assert_eq!(crossing.t.cmp_f32(x), Some(ratio.cmp(&x_exact)), "{t} {x}");
+                assert_eq!(found.t.cmp_f32(x), Some(ratio.cmp(&x_exact)), "{t} {x}");
 
                 // The interval is in multiples of the direction before snapping.
-                let from = scalar::crossing(&ray.between(x, f32::INFINITY), &triangle);
-                let until = scalar::crossing(&ray.between(0.0, x), &triangle);
-                assert_eq!(from.is_some(), exact >= x_exact, "{t} {x}");
-                assert_eq!(until.is_some(), exact < x_exact, "{t} {x}");
+                let [from, until] = [ray.between(x, f32::INFINITY), ray.between(0.0, x)];
+                let hits = |ray: &Ray| (crossing(ray, &triangle).is_some(), fixed(ray).is_some());
+                assert_eq!(hits(&from), (exact >= x_exact, exact >= x_exact), "{t} {x}");
+                assert_eq!(hits(&until), (exact < x_exact, exact < x_exact), "{t} {x}");
             }
         }
-        assert_eq!(crossing.t.cmp_f32(f32::NAN), None);
-        assert!(crossing.t.cmp_f32(f32::INFINITY).unwrap().is_lt());
-        assert!(crossing.t.cmp_f32(f32::NEG_INFINITY).unwrap().is_gt());
+        assert_eq!(found.t.cmp_f32(f32::NAN), None);
+        assert!(found.t.cmp_f32(f32::INFINITY).unwrap().is_lt());
+        assert!(found.t.cmp_f32(f32::NEG_INFINITY).unwrap().is_gt());
 
         // Intervals are half-open: t is inside an interval that begins at t, and outside one that
         // ends at t.
         if f64::from(near) == t && rational(t) == exact {
-            let within = |lo, hi| scalar::crossing(&ray.between(lo, hi), &triangle).is_some();
+            let within = |lo, hi| crossing(&ray.between(lo, hi), &triangle).is_some();
             assert!(within(near, near.next_up()) && !within(near.next_down(), near));
         }
     }

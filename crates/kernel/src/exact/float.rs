@@ -23,6 +23,9 @@ const EDGE: f64 = 8.0 * HALF_ULP;
 /// A bound on the error of T and of D, relative to their permanents.
 const VOLUME: f64 = 9.0 * HALF_ULP;
 
+/// A bound on the error of a component of N₁, N₂, or N₃, relative to its permanent.
+const NORMAL: f64 = 6.0 * HALF_ULP;
+
 /// A bound on the error of T - t D, relative to the permanent of T plus t times the permanent of D.
 const RANGE: f64 = 16.0 * HALF_ULP;
 
@@ -54,13 +57,30 @@ pub(super) struct Signs<M> {
 impl<M: Mask> Signs<M> {
     /// Adds signs for the volumes whose signs were not known.
     #[inline(always)]
-    fn or(&self, more: &Self) -> Self {
+    pub(super) fn or(&self, more: &Self) -> Self {
         let mut all = *self;
         for (known, more) in all.volumes.iter_mut().zip(&more.volumes) {
             let open = !(known[0] | known[1] | known[2]);
             for (known, more) in known.iter_mut().zip(more) {
                 *known = *known | open & *more;
             }
+        }
+        all
+    }
+
+    /// Replaces each zero among U, V, and W by the sign that the *once* rule takes instead: that of
+    /// the first nonzero component of N₁, N₂, or N₃. `normals` holds the signs of the components.
+    #[inline(always)]
+    pub(super) fn moved(&self, normals: &[[[M; 3]; 3]; 3]) -> Self {
+        let mut all = *self;
+        let [u, v, w, _] = &self.volumes;
+        // If all three are 0, D is 0, and the ray does not cross the plane in one point.
+        let some = u[0] | u[1] | v[0] | v[1] | w[0] | w[1];
+        for (sign, [x, y, z]) in all.volumes.iter_mut().zip(normals) {
+            let zero = sign[2] & some;
+            let over = x[0] | x[2] & (y[0] | y[2] & z[0]);
+            let under = x[1] | x[2] & (y[1] | y[2] & z[1]);
+            *sign = [sign[0] | zero & over, sign[1] | zero & under, sign[2] & !(over | under)];
         }
         all
     }
@@ -148,17 +168,17 @@ pub fn decide_with_t<D: Lanes<Scalar = f64>>(
     corners: [Vec3<D>; 3],
     rays: &RayLanes<D>,
 ) -> (Decided<D::Mask>, [D; 2]) {
-    decide_refined(corners, rays, |_, _| None)
+    decide_refined(corners, rays, |_, _, _| None)
 }
 
-/// Like [`decide_with_t`], but `refine` is asked for further signs. It receives the lanes that are
-/// still undecided, and bounds on the errors of U, V, W, and T: a volume whose sign is not known is
-/// at most twice its bound.
+/// Like [`decide_with_t`], but `refine` may replace the signs by better ones. It receives the
+/// decisions and signs so far, and bounds on the errors of U, V, W, and T: a volume whose sign is not
+/// known is at most twice its bound.
 #[inline(always)]
 pub(super) fn decide_refined<D: Lanes<Scalar = f64>>(
     [c1, c2, c3]: [Vec3<D>; 3],
     rays: &RayLanes<D>,
-    refine: impl FnOnce(u32, [D; 4]) -> Option<Signs<D::Mask>>,
+    refine: impl FnOnce(&Decided<D::Mask>, &Signs<D::Mask>, [D; 4]) -> Option<Signs<D::Mask>>,
 ) -> (Decided<D::Mask>, [D; 2]) {
     let (org, dir, t_min, t_max) = (rays.org, rays.dir, rays.t_min, rays.t_max);
     let (a, b) = (c1 - org, c2 - org);
@@ -197,10 +217,35 @@ pub(super) fn decide_refined<D: Lanes<Scalar = f64>>(
     let signs = Signs { volumes: [u_signs, v_signs, w_signs, t.signs(VOLUME)] };
     let mut decided = signs.decide(range);
     let bounds = [u.error(EDGE), v.error(EDGE), w.error(EDGE), t.error(VOLUME)];
-    if let Some(more) = refine((!(decided.miss | decided.closed)).bits(), bounds) {
-        decided = signs.or(&more).decide(range);
+    if let Some(better) = refine(&decided, &signs, bounds) {
+        decided = better.decide(range);
     }
     (decided, quotient_bounds(&num, &den))
+}
+
+/// The signs of the components of N₁ = B × C, N₂ = C × A, and N₃ = A × B, and bounds on their errors.
+#[derive(Clone, Copy)]
+pub(super) struct NormalSigns<D: Lanes> {
+    pub(super) signs: [[[D::Mask; 3]; 3]; 3],
+    pub(super) bounds: [[D; 3]; 3],
+}
+
+impl<D: Lanes<Scalar = f64>> NormalSigns<D> {
+    #[inline(always)]
+    pub(super) fn new([c1, c2, c3]: [Vec3<D>; 3], org: Vec3<D>) -> Self {
+        let (a, b, c) = (c1 - org, c2 - org, c3 - org);
+        let none = D::Mask::from_bits(0);
+        let mut all = Self { signs: [[[none; 3]; 3]; 3], bounds: [[D::splat(0.0); 3]; 3] };
+        for (i, (p, q)) in [(b, c), (c, a), (a, b)].into_iter().enumerate() {
+            let (n, size) = (p.cross_fused(q), p.abs().permanents(q.abs()));
+            let components = [(n.x, size.x), (n.y, size.y), (n.z, size.z)];
+            for (k, (value, permanent)) in components.into_iter().enumerate() {
+                let sum = Sum { value, permanent };
+                (all.signs[i][k], all.bounds[i][k]) = (sum.signs(NORMAL), sum.error(NORMAL));
+            }
+        }
+        all
+    }
 }
 
 /// Returns the lanes in which the triangle is perpendicular to an axis and the ray runs parallel to
@@ -273,4 +318,47 @@ fn beyond<D: Lanes<Scalar = f64>>(num: &Sum<D>, den: &Sum<D>, end: D) -> (D::Mas
     let gap = num.value - end * den.value;
     let bound = end.mul_add(den.permanent, num.permanent) * D::splat(RANGE);
     (gap.gt(bound), gap.lt(-bound))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::NormalSigns;
+    use crate::exact::test_numbers::random;
+    use crate::simd::Vec3;
+
+    /// Returns the error of a component of N₁ as a fraction of its bound, for corners and an origin
+    /// whose coordinates are integers up to 2^53. Their differences may need another digit.
+    fn share([b, c, o]: [[i64; 3]; 3]) -> f64 {
+        let vec3 = |p: [i64; 3]| Vec3::<f64>::splat(p.map(|x| x as f64));
+        let bound = NormalSigns::new([vec3(o), vec3(b), vec3(c)], vec3(o)).bounds[0][0];
+        let (q, r) = (vec3(b) - vec3(o), vec3(c) - vec3(o));
+        let minus = |p: [i64; 3]| [0, 1, 2].map(|k| i128::from(p[k]) - i128::from(o[k]));
+        let ([_, y, z], [_, other_y, other_z]) = (minus(b), minus(c));
+        let truth = y * other_z - z * other_y;
+        // Both with fused operations and without them.
+        let [one, other] = [q.cross_fused(r).x, q.y * r.z - q.z * r.y];
+        let off = |x: f64| (x as i128 - truth).abs() as f64;
+        if bound > 0.0 { off(one).max(off(other)) / bound } else { 0.0 }
+    }
+
+    /// Attacks the bound on the components of normals, by changing the worst coordinates found so
+    /// far. A bound of half the size would be exceeded.
+    #[test]
+    fn components_of_normals_are_within_their_bound() {
+        const LIMIT: i64 = 1 << 53;
+        let mut random = random();
+        let mut worst = (0.0, [[0; 3]; 3]);
+        for i in 0..2_000_000 {
+            let is_new = i % 200_000 < 50_000;
+            let size = if is_new { 2.0 * LIMIT as f64 } else { (60.0 * (random() + 0.5)).exp2() };
+            let from = if is_new { [[0; 3]; 3] } else { worst.1 };
+            let moved = from
+                .map(|p: [i64; 3]| p.map(|x| (x + (size * random()) as i64).clamp(-LIMIT, LIMIT)));
+            let share = share(moved);
+            if share > worst.0 {
+                worst = (share, moved);
+            }
+        }
+        assert!(0.5 < worst.0 && worst.0 <= 1.0, "{worst:?}");
+    }
 }

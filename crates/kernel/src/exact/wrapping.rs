@@ -10,48 +10,87 @@
 
 use crate::simd::{Ints, Simd};
 
-/// The signs of U, V, W, and T of eight pairs: bits of the lanes in which each is certainly
-/// positive, negative, and 0.
-pub(super) type SignBits = [[u32; 3]; 4];
+/// The signs of a number in eight pairs: bits of the lanes in which it is certainly positive,
+/// negative, and 0.
+pub(super) type SignBits = [u32; 3];
 
-/// Returns the signs of volumes that f64 has left open with these bounds on their errors. The rows
-/// hold the corners, the origin, and the direction in f64. In the lanes whose results are used, no
-/// number may be subnormal, or as large or small as f64.md, section 3, excludes.
-#[inline(always)]
-pub(super) fn signs<S: Simd>(rows: &[[f64; 8]; 15], bounds: &[[f64; 8]; 4]) -> SignBits {
-    // Write each number as an odd integer times a power of two, and find the unit of all points
-    // and that of the direction.
-    let (mut odd, mut exponents) = ([[0; 8]; 15], [[0; 8]; 15]);
-    let mut units = [[OF_ZERO; 8]; 2];
-    for (i, row) in rows.iter().enumerate() {
-        split(row, &mut odd[i], &mut exponents[i]);
-        lower(&mut units[i / 12], &exponents[i]);
-    }
-    for (i, (odd, exponent)) in odd.iter_mut().zip(&exponents).enumerate() {
-        scale(odd, exponent, &units[i / 12]);
-    }
+/// The coordinates of eight pairs as integers modulo 2^64.
+pub(super) struct Wrapped<S: Simd> {
+    corners: [[S::I64x8; 3]; 3],
+    origin: [S::I64x8; 3],
+    dir: [S::I64x8; 3],
+    /// The exponents of the units of all points and of the direction.
+    units: [[i64; 8]; 2],
+}
 
-    let vec3 =
-        |i: usize| [S::I64x8::load(&odd[i]), Ints::load(&odd[i + 1]), Ints::load(&odd[i + 2])];
-    let (c1, c2, c3, o, d) = (vec3(0), vec3(3), vec3(6), vec3(9), vec3(12));
-    let (a, h4, h5) = (minus(c1, o), minus(c2, c1), minus(c3, c1));
-    let (moment, normal) = (cross(a, d), cross(h4, h5));
-    let (v, minus_w) = (dot(h5, moment), dot(h4, moment));
-    let (zero, den) = (S::I64x8::splat(0), dot(d, normal));
-    let (w, u, t) = (zero - minus_w, den - v + minus_w, dot(a, normal));
-
-    let mut signs = [[0; 3]; 4];
-    for (i, volume) in [u, v, w, t].into_iter().enumerate() {
-        let mut in_range = 0;
-        for lane in 0..8 {
-            let [points, dir] = [units[0][lane], units[1][lane]];
-            let unit = if i < 3 { dir + 2 * points } else { 3 * points };
-            in_range |= u32::from(bounds[i][lane] < limit(unit)) << lane;
+impl<S: Simd> Wrapped<S> {
+    /// Converts the corners, the origin, and the direction, which the rows hold in f64. In the lanes
+    /// whose results are used, no number may be subnormal, or as large or small as f64.md, section
+    /// 3, excludes.
+    #[inline(always)]
+    pub(super) fn new(rows: &[[f64; 8]; 15]) -> Self {
+        // Write each number as an odd integer times a power of two, and find the unit of all points
+        // and that of the direction.
+        let (mut odd, mut exponents) = ([[0; 8]; 15], [[0; 8]; 15]);
+        let mut units = [[OF_ZERO; 8]; 2];
+        for (i, row) in rows.iter().enumerate() {
+            split(row, &mut odd[i], &mut exponents[i]);
+            lower(&mut units[i / 12], &exponents[i]);
         }
-        let (negative, zero) = (volume.negative(), volume.zero());
-        signs[i] = [!(negative | zero), negative, zero].map(|bits| bits & in_range);
+        for (i, (odd, exponent)) in odd.iter_mut().zip(&exponents).enumerate() {
+            scale(odd, exponent, &units[i / 12]);
+        }
+        let vec3 =
+            |i: usize| [Ints::load(&odd[i]), Ints::load(&odd[i + 1]), Ints::load(&odd[i + 2])];
+        Self { corners: [vec3(0), vec3(3), vec3(6)], origin: vec3(9), dir: vec3(12), units }
     }
-    signs
+
+    /// Returns the signs of U, V, W, and T, which f64 has left open with these bounds on their
+    /// errors.
+    #[inline(always)]
+    pub(super) fn volumes(&self, bounds: &[[f64; 8]; 4]) -> [SignBits; 4] {
+        let Self { corners: [c1, c2, c3], origin, dir, .. } = *self;
+        let (a, h4, h5) = (minus(c1, origin), minus(c2, c1), minus(c3, c1));
+        let (moment, normal) = (cross(a, dir), cross(h4, h5));
+        let (v, minus_w) = (dot(h5, moment), dot(h4, moment));
+        let (zero, den) = (S::I64x8::splat(0), dot(dir, normal));
+        let (w, u, t) = (zero - minus_w, den - v + minus_w, dot(a, normal));
+
+        let mut signs = [[0; 3]; 4];
+        for (i, volume) in [u, v, w, t].into_iter().enumerate() {
+            let degree = if i < 3 { [2, 1] } else { [3, 0] };
+            signs[i] = self.signs(volume, degree, &bounds[i]);
+        }
+        signs
+    }
+
+    /// Returns the signs of the components of N₁ = B × C, N₂ = C × A, and N₃ = A × B, which f64 has
+    /// left open with these bounds on their errors.
+    #[inline(always)]
+    pub(super) fn normals(&self, bounds: &[[[f64; 8]; 3]; 3]) -> [[SignBits; 3]; 3] {
+        let Self { corners: [c1, c2, c3], origin, .. } = *self;
+        let (a, b, c) = (minus(c1, origin), minus(c2, origin), minus(c3, origin));
+        let mut signs = [[[0; 3]; 3]; 3];
+        for (i, normal) in [cross(b, c), cross(c, a), cross(a, b)].into_iter().enumerate() {
+            for (k, component) in normal.into_iter().enumerate() {
+                signs[i][k] = self.signs(component, [2, 0], &bounds[i][k]);
+            }
+        }
+        signs
+    }
+
+    /// Returns the signs of a number whose unit is a product of the units of points and directions,
+    /// each to the given power.
+    #[inline(always)]
+    fn signs(&self, number: S::I64x8, [points, dirs]: [i64; 2], bounds: &[f64; 8]) -> SignBits {
+        let mut in_range = 0;
+        for (lane, bound) in bounds.iter().enumerate() {
+            let unit = points * self.units[0][lane] + dirs * self.units[1][lane];
+            in_range |= u32::from(*bound < limit(unit)) << lane;
+        }
+        let (negative, zero) = (number.negative(), number.zero());
+        [!(negative | zero), negative, zero].map(|bits| bits & in_range)
+    }
 }
 
 /// The exponent of 0, which is larger than that of any other number.
@@ -119,16 +158,16 @@ fn dot<I: Ints>(a: [I; 3], b: [I; 3]) -> I {
 
 #[cfg(test)]
 mod tests {
-    use super::{SignBits, signs};
+    use super::{SignBits, Wrapped};
     use crate::exact::test_numbers::random;
     use crate::simd::{Level, Simd, WithSimd};
 
     struct In<'a>(&'a [[f64; 8]; 15], &'a [[f64; 8]; 4]);
     impl WithSimd for In<'_> {
-        type Output = SignBits;
+        type Output = [SignBits; 4];
         #[inline(always)]
-        fn run<S: Simd>(self) -> SignBits {
-            signs::<S>(self.0, self.1)
+        fn run<S: Simd>(self) -> [SignBits; 4] {
+            Wrapped::<S>::new(self.0).volumes(self.1)
         }
     }
 
@@ -201,6 +240,66 @@ mod tests {
                     assert_eq!(signs, [*truth > 0, *truth < 0, *truth == 0], "{truth}");
                     counts[1] += 1;
                     counts[2] += u32::from(truth.unsigned_abs() > 1 << 62);
+                }
+            }
+        }
+        assert!(counts.iter().all(|count| *count > 1000), "{counts:?}");
+    }
+
+    struct NormalsIn<'a>(&'a [[f64; 8]; 15], &'a [[[f64; 8]; 3]; 3]);
+    impl WithSimd for NormalsIn<'_> {
+        type Output = [[SignBits; 3]; 3];
+        #[inline(always)]
+        fn run<S: Simd>(self) -> Self::Output {
+            Wrapped::<S>::new(self.0).normals(self.1)
+        }
+    }
+
+    /// Attacks the range of the normals' components: B × C is around 2^63 and its bound around 2^62,
+    /// because C = m B + e with a short e.
+    #[test]
+    fn normals_at_the_limit_have_their_signs() {
+        let (mut random, mut counts) = (random(), [0; 3]);
+        for i in 0..40_000 {
+            let (mut rows, mut bounds) = ([[0.0; 8]; 15], [[[f64::INFINITY; 8]; 3]; 3]);
+            let mut truth = [[0_i128; 3]; 8];
+            for lane in 0..8 {
+                let mut vec3 = |size: f64| [0; 3].map(|_| (2.0 * size * random()).round() as i128);
+                let (b, e, m) = (vec3(2_f64.powi(51)), vec3(24.0), vec3(3.0)[0]);
+                let b = b.map(|x| 16 * x);
+                let c = [0, 1, 2].map(|k| m * b[k] + 16 * e[k]);
+                // The first corner determines the unit, 1.
+                let numbers = [[1, 0, 0], b, c, [0; 3], [1, 2, 3]];
+                for (row, x) in rows.iter_mut().zip(numbers.as_flattened()) {
+                    row[lane] = *x as f64;
+                    assert_eq!(row[lane] as i128, *x);
+                }
+                for (k, (p, q)) in [(1, 2), (2, 0), (0, 1)].into_iter().enumerate() {
+                    let (x, y) = (b[p] * c[q], b[q] * c[p]);
+                    truth[lane][k] = x - y;
+                    bounds[0][k][lane] = 3.0 * f64::EPSILON * (x.abs() + y.abs()) as f64;
+                }
+                if i % 16 == 0 {
+                    // Without a bound, nothing is known.
+                    bounds[0][0][lane] = f64::NAN;
+                }
+            }
+            for level in Level::all() {
+                let signs = level.run(NormalsIn(&rows, &bounds))[0];
+                for (lane, truth) in truth.iter().enumerate() {
+                    for (k, truth) in truth.iter().enumerate() {
+                        if truth.unsigned_abs() as f64 > 2.0 * bounds[0][k][lane] {
+                            continue;
+                        }
+                        let found = signs[k].map(|bits| bits >> lane & 1 != 0);
+                        if found == [false; 3] {
+                            counts[0] += 1;
+                            continue;
+                        }
+                        assert_eq!(found, [*truth > 0, *truth < 0, *truth == 0], "{truth}");
+                        counts[1] += 1;
+                        counts[2] += u32::from(truth.unsigned_abs() > 1 << 62);
+                    }
                 }
             }
         }

@@ -65,7 +65,7 @@ impl Filter<'_> {
         counts.tests += u64::from(live.count_ones());
         let edges = Edges::new(&triangles, &rays);
         let far = Lanes::splat(far);
-        let Verdicts { hit, undecided, t_lo, t_hi } =
+        let Verdicts { hit, undecided, leaves, t_lo, t_hi } =
             edges.decide(&triangles, &rays, far, live, (self.threshold, self.room));
         // Most blocks return here, without storing anything.
         if hit | undecided == 0 {
@@ -76,11 +76,10 @@ impl Filter<'_> {
         // If the upper bound on t reaches the end of the interval, the hit may be beyond that end,
         // so it is not certain.
         let sure = hit & Mask::bits(t_hi.lt(Lanes::splat(self.sure_end(ray.ray.t_max))));
-        let leaves = sure & !Mask::bits(edges.den.negative());
         let mut hits = BlockHits {
             sure,
             undecided: undecided | hit & !sure,
-            leaves,
+            leaves: leaves & sure,
             t_lo: [0.0; 8],
             t_hi: [0.0; 8],
         };

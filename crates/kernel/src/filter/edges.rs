@@ -425,7 +425,6 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let bound = self.bound(tri, of);
         let [v, w, u] = self.weights();
         let edge = v.min(w).min(u * splat(0.5));
-        let nothing = Verdicts { hit: 0, undecided: 0, t_lo: splat(0.0), t_hi: splat(0.0) };
         let outside = if F::N == 1 {
             // For a single lane, avoid the minimum, which would be a branch in WebAssembly.
             (v + bound).or_sign(w + bound).or_sign(u * splat(0.5) + bound).negative()
@@ -436,7 +435,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         // outside, so return early. With eight lanes or more, usually at least one lane is not
         // outside, and the branch would cost more than it saves.
         if F::N <= 4 && !(!(sure & outside)).any() {
-            return nothing;
+            return Verdicts::miss();
         }
 
         // Does the ray meet the plane within its interval?
@@ -444,7 +443,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let out_of_range = plane.out_of_range(of, far);
         let maybe = (!(sure & (outside | out_of_range))).bits() & live;
         if maybe == 0 {
-            return nothing;
+            return Verdicts::miss();
         }
 
         // A lane is a hit if it certainly passes the parallel test, the range test, and the edge
@@ -476,7 +475,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
             hit |= (maybe & clear & inside).bits() & undecided;
             undecided &= maybe.bits() & !hit;
         }
-        Verdicts { hit, undecided, t_lo, t_hi }
+        Verdicts { hit, undecided, leaves: hit & !den.negative().bits(), t_lo, t_hi }
     }
 }
 

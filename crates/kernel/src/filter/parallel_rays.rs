@@ -167,15 +167,14 @@ impl Filter<'_> {
         counts.tests += u64::from(live.count_ones());
         let (packet, rays) = (rays.packet, &rays.lanes);
         let (edges, far) = (Edges::new(&triangle, rays), Lanes::load(&packet.t_max));
-        let Verdicts { hit, undecided, t_hi, .. } =
+        let Verdicts { hit, undecided, leaves, t_hi, .. } =
             edges.decide(&triangle, rays, far, live, (self.threshold, self.room));
         counts.undecided += u64::from(undecided.count_ones());
 
         // If the upper bound on t reaches the end of the interval, the hit may be beyond that end,
         // so it is not certain.
         let sure = hit & Mask::bits(t_hi.lt(self.sure_ends(&packet.t_max)));
-        let leaves = sure & !Mask::bits(edges.den.negative()) != 0;
-        LaneHits { sure, undecided: undecided | hit & !sure, leaves }
+        LaneHits { sure, undecided: undecided | hit & !sure, leaves: leaves & sure != 0 }
     }
 }
 

@@ -31,6 +31,9 @@ pub(crate) struct Verdicts<F> {
     pub(crate) hit: u32,
     /// Pairs that the resolver must settle.
     pub(crate) undecided: u32,
+    /// The lanes of [`Verdicts::hit`] in which the ray crosses the plane in the direction of the
+    /// normal.
+    pub(crate) leaves: u32,
     /// The lower bound on the mode's t, in the lanes of [`Verdicts::hit`].
     pub(crate) t_lo: F,
     /// The upper bound on the mode's t, in the lanes of [`Verdicts::hit`].
@@ -41,7 +44,8 @@ impl<F: Lanes<Scalar = f32>> Verdicts<F> {
     /// Returns the verdict that all lanes miss.
     #[inline(always)]
     pub(crate) fn miss() -> Self {
-        Self { hit: 0, undecided: 0, t_lo: F::splat(0.0), t_hi: F::splat(0.0) }
+        let zero = F::splat(0.0);
+        Self { hit: 0, undecided: 0, leaves: 0, t_lo: zero, t_hi: zero }
     }
 }
 
@@ -57,5 +61,6 @@ impl<F> Verdicts<F> {
     pub(crate) fn keep(&mut self, lanes: u32) {
         self.hit &= lanes;
         self.undecided &= lanes;
+        self.leaves &= lanes;
     }
 }

@@ -231,7 +231,6 @@ impl Simd for Worsts {
     type F32x16 = Worst;
     type F64x4 = f64;
     type F64x8 = f64;
-    type I64x4 = NoInts;
     type I64x8 = NoInts;
     type F32s = Worst;
     type F64s = f64;
@@ -265,18 +264,9 @@ impl Ints for NoInts {
     fn load(_: &[i64]) -> Self {
         Self
     }
-    fn load_f32(_: &[f32]) -> Self {
-        Self
-    }
     fn store(self, _: &mut [i64]) {}
-    fn mul_narrow(self, _: Self) -> Self {
-        self
-    }
     fn times(self, _: Self) -> Self {
         self
-    }
-    fn dot(_: [Self; 3], _: [Self; 3]) -> Self {
-        Self
     }
     fn negative(self) -> u32 {
         0

@@ -21,3 +21,16 @@ pub(super) fn pow2(e: i32) -> f64 {
 pub(super) fn exponent(x: f64) -> i32 {
     (x.to_bits() >> 52) as i32 - 1023
 }
+
+/// Converts f32 components that are exact integers to a grid vector. Rounding is cheaper than a
+/// cast, which has to handle out-of-range values.
+#[inline(always)]
+pub(super) fn i32s([x, y, z]: [f32; 3]) -> [i32; 3] {
+    [round(x.into()) as i32, round(y.into()) as i32, round(z.into()) as i32]
+}
+
+/// Converts a grid vector to f32 exactly.
+#[inline(always)]
+pub(super) fn f32s([x, y, z]: [i32; 3]) -> [f32; 3] {
+    [x as f32, y as f32, z as f32]
+}

@@ -1,13 +1,10 @@
-//! The `fixed` mode's queries over slices of any length.
+//! The `fixed` mode's queries over any number of triangles.
 
 use alloc::vec::Vec;
-use core::array::from_fn;
 
-use super::{
-    Best, Block, Crossing, Grid, GridError, Packet, Prepared, Ray, RayLanes, SeenTriangle, Triangle,
-};
-use crate::simd::{Level, Simd, WithSimd};
-use crate::{Crossings, Hit};
+use super::{Grid, GridError, Ray, Triangle};
+use crate::simd::Level;
+use crate::{Blocks, Crossings, Hit, Mode};
 
 /// The `fixed` mode at a given instruction level. All levels return the same results.
 ///
@@ -17,7 +14,7 @@ use crate::{Crossings, Hit};
 /// // An integer tetrahedron with corners counter-clockwise as seen from outside.
 /// let [o, x, y, z] = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]];
 /// let faces = [[o, y, x], [o, x, z], [o, z, y], [x, y, z]].map(|f| grid.triangle_of(f));
-/// let solid: Vec<_> = blocks(&faces.into_iter().collect::<Result<Vec<_>, _>>()?).collect();
+/// let solid = blocks(&faces.into_iter().collect::<Result<Vec<_>, _>>()?);
 ///
 /// // From inside, the ray leaves through the opposite face.
 /// let fixed = Fixed::default();
@@ -40,10 +37,10 @@ use crate::{Crossings, Hit};
 /// let walls = [5, 3].map(|z| grid.triangle_of([[0, 0, z], [4, 0, z], [0, 4, z]]).unwrap());
 /// let rays = [1, 9].map(|x| grid.ray_of([x, 1, 0], [0, 0, 1]).unwrap());
 /// let mut hits = [Hit::MISS; 2];
-/// plain.closest_batch(&walls, &rays, &mut hits);
+/// plain.closest_batch(&blocks(&walls), &rays, &mut hits);
 /// assert_eq!(hits.map(|hit| hit.triangle), [1, Hit::NO_TRIANGLE]);
 /// // An open sheet does not enclose any point. See the example above for a closed mesh.
-/// assert_eq!(plain.winding(&blocks(&walls).collect::<Vec<_>>(), &grid, [1.0, 1.0, 9.0])?, 0);
+/// assert_eq!(plain.winding(&blocks(&walls), &grid, [1.0, 1.0, 9.0])?, 0);
 /// # Ok::<_, intertri::fixed::GridError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,8 +54,7 @@ impl Default for Fixed {
     }
 }
 
-/// Splits snapped triangles into blocks of eight for the queries. A triangle's index is its
-/// position in the slice.
+/// Prepares snapped triangles for the queries. A triangle's index is its position in the slice.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Fixed, Grid, blocks};
@@ -68,16 +64,13 @@ impl Default for Fixed {
 ///
 /// let points = triangle.0.into_iter().chain([ray.origin]);
 /// let grid = Grid::around(points, Bits::FINE)?;
-/// let blocks: Vec<_> = blocks(&[grid.triangle(&triangle)?]).collect();
+/// let blocks = blocks(&[grid.triangle(&triangle)?]);
 /// let hit = Fixed::default().closest(&blocks, &grid.ray(&ray)?).unwrap();
 /// assert_eq!((hit.triangle, hit.t, hit.u, hit.v), (0, 2.5, 0.25, 0.25));
 /// # Ok::<_, intertri::fixed::GridError>(())
 /// ```
-pub fn blocks(triangles: &[Triangle]) -> impl Iterator<Item = Block<8>> {
-    triangles
-        .chunks(8)
-        .zip((0_u32..).step_by(8))
-        .map(|(chunk, first)| Block::new(chunk.iter().copied().zip(first..)))
+pub fn blocks(triangles: &[Triangle]) -> Blocks {
+    Blocks::new(&triangles.iter().map(Triangle::to_f32).collect::<Vec<_>>())
 }
 
 impl Fixed {
@@ -91,46 +84,26 @@ impl Fixed {
         self.level
     }
 
-    /// Returns the closest hit. If several hits have the same t, compared as exact ratios, the
-    /// lowest index wins.
-    pub fn closest(&self, blocks: &[Block<8>], ray: &Ray) -> Option<Hit> {
-        let mut best = Best::default();
-        self.each(blocks, ray, |crossing, index| {
-            best.offer(crossing, index);
-            true
-        });
-        best.to_hit(ray)
+    /// Returns the closest hit. If several hits have the same t, the lowest index wins.
+    pub fn closest(&self, blocks: &Blocks, ray: &Ray) -> Option<Hit> {
+        Some(of_caller(ray, blocks.closest(self.mode(), ray.to_f32())?))
     }
 
     /// Returns whether the ray hits anything.
-    pub fn any(&self, blocks: &[Block<8>], ray: &Ray) -> bool {
-        let mut any = false;
-        self.each(blocks, ray, |_, _| {
-            any = true;
-            false
-        });
-        any
+    pub fn any(&self, blocks: &Blocks, ray: &Ray) -> bool {
+        blocks.any(self.mode(), ray.to_f32())
     }
 
     /// Returns every hit, sorted by exact t and, for equal t, by index.
-    pub fn all(&self, blocks: &[Block<8>], ray: &Ray) -> Vec<Hit> {
-        let mut crossings = Vec::new();
-        self.each(blocks, ray, |crossing, index| {
-            crossings.push((crossing, index));
-            true
-        });
-        crossings.sort_unstable_by_key(|(crossing, index)| (crossing.t, *index));
-        crossings.iter().map(|(crossing, index)| crossing.to_hit(ray, *index)).collect()
+    pub fn all(&self, blocks: &Blocks, ray: &Ray) -> Vec<Hit> {
+        let mut hits = blocks.all(self.mode(), ray.to_f32());
+        hits.iter_mut().for_each(|hit| *hit = of_caller(ray, *hit));
+        hits
     }
 
     /// Counts the crossings of a ray. A crossing at a shared edge or corner counts once.
-    pub fn crossings(&self, blocks: &[Block<8>], ray: &Ray) -> Crossings {
-        let mut count = Crossings::default();
-        self.each(blocks, ray, |crossing, _| {
-            count.add(crossing.leaves);
-            true
-        });
-        count
+    pub fn crossings(&self, blocks: &Blocks, ray: &Ray) -> Crossings {
+        blocks.count_crossings(self.mode(), ray.to_f32())
     }
 
     /// Computes the winding number of a closed mesh around a point from the signed crossings of a
@@ -140,12 +113,7 @@ impl Fixed {
     ///
     /// # Errors
     /// Returns an error if the point is not on the grid.
-    pub fn winding(
-        &self,
-        blocks: &[Block<8>],
-        grid: &Grid,
-        point: [f32; 3],
-    ) -> Result<i64, GridError> {
+    pub fn winding(&self, blocks: &Blocks, grid: &Grid, point: [f32; 3]) -> Result<i64, GridError> {
         let ray = grid.ray(&crate::Ray::new(point, [1.0, 0.0, 0.0]))?;
         Ok(self.crossings(blocks, &ray).signed)
     }
@@ -157,104 +125,31 @@ impl Fixed {
     /// Returns an error if the point is not on the grid.
     pub fn contains(
         &self,
-        blocks: &[Block<8>],
+        blocks: &Blocks,
         grid: &Grid,
         point: [f32; 3],
     ) -> Result<bool, GridError> {
         Ok(self.winding(blocks, grid, point)? != 0)
     }
 
-    /// Like [`Fixed::closest`], but for many rays, eight at a time: `hits[i]` becomes the hit of
-    /// `rays[i]`. Consecutive rays with the same origin share the work that depends on it.
+    /// Like [`Fixed::closest`], but for many rays: `hits[i]` becomes the closest hit of `rays[i]`, or
+    /// [`Hit::MISS`].
     ///
     /// # Panics
     /// Panics if the slices differ in length.
-    pub fn closest_batch(&self, triangles: &[Triangle], rays: &[Ray], hits: &mut [Hit]) {
+    pub fn closest_batch(&self, blocks: &Blocks, rays: &[Ray], hits: &mut [Hit]) {
         assert_eq!(rays.len(), hits.len(), "`rays` and `hits` must have the same length");
-        self.level.run(ClosestBatch { triangles, rays, hits });
-    }
-
-    /// Calls `go_on` for every crossing until it returns false.
-    fn each(self, blocks: &[Block<8>], ray: &Ray, go_on: impl FnMut(Crossing, u32) -> bool) {
-        self.level.run(ForEachCrossing { blocks, ray, go_on });
-    }
-}
-
-struct ForEachCrossing<'a, E> {
-    blocks: &'a [Block<8>],
-    ray: &'a Ray,
-    go_on: E,
-}
-
-impl<E: FnMut(Crossing, u32) -> bool> WithSimd for ForEachCrossing<'_, E> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Simd>(mut self) {
-        let ray = RayLanes::<S, 8>::new(self.ray);
-        let mut more = true;
-        for block in self.blocks {
-            block.crossings_in::<S, true>(&ray, |crossing, index| {
-                // A block reports all of its crossings. Ignore the crossings after the crossing
-                // that ended the query.
-                more = more && (self.go_on)(crossing, index);
-            });
-            if !more {
-                return;
-            }
+        for (ray, hit) in rays.iter().zip(hits) {
+            *hit = self.closest(blocks, ray).unwrap_or(Hit::MISS);
         }
     }
-}
 
-/// The number of packets of eight rays that share the values computed from a triangle.
-const PACKETS: usize = 8;
-
-struct ClosestBatch<'a> {
-    triangles: &'a [Triangle],
-    rays: &'a [Ray],
-    hits: &'a mut [Hit],
-}
-
-impl WithSimd for ClosestBatch<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Simd>(self) {
-        let rays = self.rays.chunks(8 * PACKETS);
-        for (rays, hits) in rays.zip(self.hits.chunks_mut(8 * PACKETS)) {
-            let packets: [Packet<8>; PACKETS] =
-                from_fn(|p| Packet::new(rays.get(8 * p..).unwrap_or(&[])));
-            let packets = &packets[..rays.len().div_ceil(8)];
-            let mut bests = [[Best::default(); 8]; PACKETS];
-
-            // If all rays have the same origin, compute the values that depend on it once for all
-            // eight packets. Each ray then needs only the products with its direction.
-            let origin = rays[0].origin();
-            let shared = rays.iter().all(|ray| ray.origin() == origin);
-            for (index, triangle) in (0..).zip(self.triangles) {
-                if shared {
-                    let Some(seen) = SeenTriangle::new(triangle, origin) else { continue };
-                    for (packet, bests) in packets.iter().zip(&mut bests) {
-                        seen.crossings_in::<S, true, 8>(packet, packet.live(), |lane, crossing| {
-                            bests[lane].offer(crossing, index);
-                        });
-                    }
-                } else {
-                    let triangle = Prepared::new(triangle);
-                    for (packet, bests) in packets.iter().zip(&mut bests) {
-                        packet.crossings_in::<S, true>(
-                            &triangle,
-                            packet.live(),
-                            |lane, crossing| {
-                                bests[lane].offer(crossing, index);
-                            },
-                        );
-                    }
-                }
-            }
-            for ((ray, best), hit) in rays.iter().zip(bests.as_flattened()).zip(hits) {
-                *hit = best.to_hit(ray).unwrap_or(Hit::MISS);
-            }
-        }
+    fn mode(self) -> Mode {
+        Mode::once().at(self.level)
     }
+}
+
+/// Converts t from multiples of the snapped direction to multiples of the given one.
+fn of_caller(ray: &Ray, hit: Hit) -> Hit {
+    Hit { t: ray.t_of_caller(hit.t), ..hit }
 }

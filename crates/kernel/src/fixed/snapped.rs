@@ -1,7 +1,6 @@
 //! Snapped geometry: triangles and rays with integer coordinates.
 
-use super::edges::{f32s, i32s};
-use super::numbers::pow2;
+use super::numbers::{f32s, i32s, pow2};
 use crate::{Triangle as Corners, TriangleOf};
 
 /// A triangle whose corners are grid points.
@@ -117,12 +116,6 @@ impl Ray {
         let unit = pow2(-self.exponent);
         let end = |t: f32| (f64::from(t) * unit) as f32;
         Self { line: self.line.between(end(t_min), end(t_max)), ..self }
-    }
-
-    /// Returns the magnitude of the longest component of the direction.
-    #[inline(always)]
-    pub(super) fn longest(&self) -> f32 {
-        self.line.dir.iter().fold(0.0, |far, x| x.abs().max(far))
     }
 
     /// Returns the same ray in f32, in units of the grid and of [`Ray::dir`]. Its interval is exact

@@ -40,10 +40,18 @@ pub(crate) trait LanePairs {
         self.resolver().hit(&self.ray(lane), &self.triangle(lane), self.ids(lane))
     }
 
-    /// Returns whether a lane's pair is a hit.
+    /// Returns the lanes whose pairs are hits.
     #[inline(always)]
-    fn meets(&self, lane: usize) -> bool {
-        self.resolver().meets(&self.ray(lane), &self.triangle(lane), self.ids(lane))
+    fn meeting(&self, lanes: u32) -> u32 {
+        let pair = |lane| (self.ray(lane), self.triangle(lane), self.ids(lane));
+        self.resolver().meeting(lanes, pair)
+    }
+
+    /// Returns the lanes whose rays cross their triangles, and those in which the ray leaves.
+    #[inline(always)]
+    fn crossings(&self, lanes: u32) -> [u32; 2] {
+        let pair = |lane| (self.ray(lane), self.triangle(lane), self.ids(lane));
+        self.resolver().crossings(lanes, pair)
     }
 
     /// Returns the t of a lane's pair that [`LanePairs::decide`] has left undecided, if it is a hit.

@@ -237,10 +237,10 @@ impl Filter<'_> {
         // A certain hit does not need an exact t if its interval of t ends before the far end of
         // the ray.
         let sure = verdicts.hit & verdicts.t_hi.lt(self.sure_ends(&packet.t_max)).bits();
-        let meets = |hits, lane| hits | u32::from(pairs.meets(lane)) << lane;
         // The resolver decides the other lanes: undecided lanes, and hits whose interval of t
         // reaches the far end.
-        lanes_of(verdicts.lanes() & !sure).fold(sure, meets)
+        let open = verdicts.lanes() & !sure;
+        if open == 0 { sure } else { sure | pairs.meeting(open) }
     }
 
     /// Tests N rays against one triangle and updates the rays' closest hits. Only the lanes in

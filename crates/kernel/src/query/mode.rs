@@ -8,7 +8,7 @@ use crate::exact::Rule;
 use crate::filter::{Counts, Filter, PreparedTriangle};
 use crate::packet::{PacketHits, RayPacket, TriangleBlock};
 use crate::simd::{Lane, Level, Simd, Width, WithSimd};
-use crate::{Hit, Ray, Threshold};
+use crate::{Crossings, Hit, Ray, Threshold};
 
 /// Determines how hits are decided and which CPU instructions are used.
 ///
@@ -198,6 +198,21 @@ impl Blocks {
     /// Like [`Mode::any`], but for the prepared triangles.
     pub fn any(&self, mode: Mode, ray: &Ray) -> bool {
         super::slices::any(mode.filter(), Rows::Blocks(self), ray)
+    }
+
+    /// Counts the crossings of a ray with a surface, as listed by [`Mode::crossings`]. For a closed
+    /// mesh, `signed` is the winding number around the ray's origin.
+    ///
+    /// ```
+    /// use intertri::{Blocks, Crossings, Mode, Ray, Triangle};
+    /// let [a, b, c, d] = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0], [1.0, 1.0, 5.0]];
+    /// let square = Blocks::new(&[Triangle::new(a, b, c), Triangle::new(d, c, b)]);
+    /// let crossings = square.count_crossings(Mode::exact(), &Ray::new([0.5, 0.5, 0.0], [0.0, 0.0, 1.0]));
+    /// assert_eq!(crossings, Crossings { signed: 1, unsigned: 1 });
+    /// ```
+    pub fn count_crossings(&self, mode: Mode, ray: &Ray) -> Crossings {
+        let once = Mode::once().at(mode.level());
+        super::slices::count_crossings(once.filter(), Rows::Blocks(self), ray)
     }
 
     /// Like [`Mode::all`], but for the prepared triangles.

@@ -8,7 +8,7 @@ use super::rows::Rows;
 use crate::filter::{Counts, Filter, Rays, Verdicts};
 use crate::lane_queries::{ClosestHit, LanePairs, RayOnRow};
 use crate::simd::{Lanes, Mask, Simd, WithSimd, lanes_of};
-use crate::{Hit, LeafSlot, Ray, RayId, Triangle, TriangleId};
+use crate::{Crossings, Hit, LeafSlot, Ray, RayId, Triangle, TriangleId};
 
 /// See [`Mode::closest`](super::Mode::closest).
 pub(super) fn closest(filter: Filter<'_>, rows: Rows<'_>, ray: &Ray) -> Option<Hit> {
@@ -32,6 +32,11 @@ pub(super) fn all(filter: Filter<'_>, rows: Rows<'_>, ray: &Ray) -> Vec<Hit> {
         filter.resolver().first((ray, RayId(0)), a, b)
     });
     hits
+}
+
+/// See [`Blocks::count_crossings`].
+pub(super) fn count_crossings(filter: Filter<'_>, rows: Rows<'_>, ray: &Ray) -> Crossings {
+    filter.level().run(CountCrossings { filter, rows, ray })
 }
 
 /// The minimum number of rays for which loading the triangles into lanes only once pays off.
@@ -94,15 +99,50 @@ fn hits_in_row<S: Simd>(
 ) -> u32 {
     // The filter's hits may be beyond the end of the interval, so the resolver also settles hits
     // whose interval of t reaches that end.
-    let mut hits = verdicts.hit & verdicts.t_hi.lt(Lanes::splat(t_max)).bits();
-    for lane in lanes_of(verdicts.lanes() & !hits) {
-        // One hit suffices; further calls to the resolver would be wasted.
-        if enough && hits != 0 {
-            break;
-        }
-        hits |= u32::from(pairs.meets(lane)) << lane;
+    let hits = verdicts.hit & verdicts.t_hi.lt(Lanes::splat(t_max)).bits();
+    let open = verdicts.lanes() & !hits;
+    // If one hit suffices, further calls to the resolver would be wasted.
+    if open == 0 || enough && hits != 0 { hits } else { hits | pairs.meeting(open) }
+}
+
+/// Counts the crossings of a ray.
+struct CountCrossings<'a> {
+    filter: Filter<'a>,
+    rows: Rows<'a>,
+    ray: &'a Ray,
+}
+
+impl WithSimd for CountCrossings<'_> {
+    type Output = Crossings;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Crossings {
+        let Self { filter, rows, ray } = self;
+        let (mut crossings, find) = (Crossings::default(), |slot| rows.triangle(slot));
+        each_row::<S>(
+            &filter,
+            rows,
+            ray,
+            #[inline(always)]
+            |verdicts, first| {
+                let pairs = RayOnRow { resolver: filter.resolver(), ray, first, find };
+                // A ray that certainly passes inside all edges crosses the triangle, and the filter
+                // has already determined its side. Near an edge, the exact rule decides.
+                let sure = verdicts.hit & verdicts.t_hi.lt(Lanes::splat(ray.t_max)).bits();
+                let open = verdicts.lanes() & !sure;
+                let [mut crossed, mut leaving] = [sure, sure & verdicts.leaves];
+                if open != 0 {
+                    let more = pairs.crossings(open);
+                    (crossed, leaving) = (crossed | more[0], leaving | more[1]);
+                }
+                crossings.unsigned += u64::from(crossed.count_ones());
+                crossings.signed +=
+                    2 * i64::from(leaving.count_ones()) - i64::from(crossed.count_ones());
+                Some(ray.t_max)
+            },
+        );
+        crossings
     }
-    hits
 }
 
 /// Finds the closest hit of a ray.
@@ -214,7 +254,6 @@ mod tests {
         type F32x16 = S::F32x16;
         type F64x4 = S::F64x4;
         type F64x8 = S::F64x8;
-        type I64x4 = S::I64x4;
         type I64x8 = S::I64x8;
         type F32s = f32;
         type F64s = f64;

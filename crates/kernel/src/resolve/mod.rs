@@ -13,20 +13,19 @@
 
 mod exact;
 mod originals;
+mod several;
 mod shared_origin;
 
 pub use originals::Originals;
+pub(crate) use several::SEVERAL;
 pub use shared_origin::SharedOrigin;
 
 use core::cmp::Ordering;
 
-use crate::exact::{EightPairs, PairDecision, Rule, Side};
+use crate::exact::{PairDecision, Rule, Side};
 use crate::hit_attributes::Pairs;
-use crate::simd::{Level, Simd, lanes_of};
+use crate::simd::Simd;
 use crate::{Hit, Hit32, LeafSlot, Ray, RayId, Triangle, TriangleId, document};
-
-/// The number of undecided pairs from which it is faster to decide them side by side.
-pub(crate) const SEVERAL: u32 = 3;
 
 /// Decides the pairs that the filter leaves undecided.
 #[derive(Clone, Copy, Debug)]
@@ -86,89 +85,6 @@ impl<'a> Resolver<'a> {
             Self::Exact(rule) => crate::exact::decide_pair(rule, ray, triangle),
             Self::Originals(originals) => originals.decide(id, slot),
         }
-    }
-
-    /// Decides the pairs in up to sixteen lanes like [`Resolver::decide`], but several of them side
-    /// by side, and then also with 64-bit integers where f64 does not suffice. `pair` returns the
-    /// ray and the triangle of a lane, and their ids.
-    #[cold]
-    #[inline(never)]
-    pub fn decide_lanes(
-        self,
-        lanes: u32,
-        pair: impl Fn(usize) -> (Ray, Triangle, (RayId, LeafSlot)),
-    ) -> [PairDecision; 16] {
-        let mut decisions = [PairDecision::Undecided; 16];
-        if lanes.count_ones() < SEVERAL {
-            for lane in lanes_of(lanes) {
-                let (ray, triangle, ids) = pair(lane);
-                decisions[lane] = self.decide(&ray, &triangle, ids);
-            }
-            return decisions;
-        }
-        let mut rest = lanes;
-        while rest != 0 {
-            let (mut eight, mut count) = ([0; 8], 0);
-            for lane in lanes_of(rest).take(8) {
-                eight[count] = lane;
-                count += 1;
-                rest &= rest - 1;
-            }
-            let some = match self {
-                Self::Document(_) => return decisions,
-                Self::Exact(rule) => {
-                    let mut pairs = EightPairs::new();
-                    for (i, &lane) in eight[..count].iter().enumerate() {
-                        let (ray, triangle, _) = pair(lane);
-                        pairs.set(i, &ray, &triangle);
-                    }
-                    // Decisions hardly depend on the level, and answers do not depend on it.
-                    pairs.decide(Level::best(), rule)
-                }
-                Self::Originals(originals) => {
-                    let mut ids = [(RayId(0), LeafSlot(0)); 8];
-                    for (ids, &lane) in ids.iter_mut().zip(&eight[..count]) {
-                        *ids = pair(lane).2;
-                    }
-                    originals.decide_eight(&ids[..count])
-                }
-            };
-            for (&lane, decision) in eight[..count].iter().zip(some) {
-                decisions[lane] = decision;
-            }
-        }
-        decisions
-    }
-
-    /// Returns the lanes whose rays hit their triangles within the interval. `pair` returns the ray
-    /// and the triangle of a lane, and their ids.
-    #[inline(always)]
-    pub fn meeting(
-        self,
-        lanes: u32,
-        pair: impl Fn(usize) -> (Ray, Triangle, (RayId, LeafSlot)),
-    ) -> u32 {
-        let mut hits = 0;
-        if lanes.count_ones() < SEVERAL {
-            for lane in lanes_of(lanes) {
-                let (ray, triangle, ids) = pair(lane);
-                hits |= u32::from(self.meets(&ray, &triangle, ids)) << lane;
-            }
-            return hits;
-        }
-        let decisions = self.decide_lanes(lanes, &pair);
-        for lane in lanes_of(lanes) {
-            let meets = match decisions[lane] {
-                PairDecision::Miss => false,
-                PairDecision::Hit { .. } => true,
-                PairDecision::Undecided => {
-                    let (ray, triangle, ids) = pair(lane);
-                    self.meets_undecided(&ray, &triangle, ids)
-                }
-            };
-            hits |= u32::from(meets) << lane;
-        }
-        hits
     }
 
     /// Returns whether the ray hits the triangle within its interval, for a pair that

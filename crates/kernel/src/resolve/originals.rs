@@ -4,7 +4,7 @@ use core::cmp::Ordering;
 use core::fmt;
 use core::ops::Range;
 
-use crate::exact::{PairDecision, SeenPlane, Side};
+use crate::exact::{PairDecision, Rule, SeenPlane, Side};
 use crate::{Hit, Hit32, LeafSlot, Ray64, RayId};
 
 /// The f64 rays and triangles whose f32 copies the traversal tests. A pair is identified by the
@@ -17,9 +17,12 @@ pub trait Originals: fmt::Debug + Sync {
     /// traversal.
     fn decide(&self, ray: RayId, slot: LeafSlot) -> PairDecision;
 
-    /// Like [`Originals::decide`], but for up to eight pairs, and also with 64-bit integers. The other
-    /// elements are meaningless.
-    fn decide_eight(&self, pairs: &[(RayId, LeafSlot)]) -> [PairDecision; 8];
+    /// Returns the rule of the query, which determines which triangles own an edge.
+    fn rule(&self) -> Rule;
+
+    /// Like [`Originals::decide`], but under any rule, for up to eight pairs, and also with 64-bit
+    /// integers. The other elements are meaningless.
+    fn decide_eight(&self, rule: Rule, pairs: &[(RayId, LeafSlot)]) -> [PairDecision; 8];
 
     /// Returns whether the ray hits the triangle within its interval, for a pair that
     /// [`Originals::decide`] has left undecided.

@@ -14,14 +14,14 @@ use super::vec3::Vec3;
 /// use intertri::simd::{Ints, Lanes, Simd, WithSimd, dispatch};
 /// struct Widths;
 /// impl WithSimd for Widths {
-///     type Output = [usize; 7];
-///     fn run<S: Simd>(self) -> [usize; 7] {
+///     type Output = [usize; 6];
+///     fn run<S: Simd>(self) -> [usize; 6] {
 ///         assert!(intertri::simd::Level::all().any(|level| level == S::LEVEL));
 ///         let [a, b, c] = [S::F32x4::N, S::F32x8::N, S::F32x16::N];
-///         [a, b, c, S::F64x4::N, S::F64x8::N, S::I64x4::N, S::I64x8::N]
+///         [a, b, c, S::F64x4::N, S::F64x8::N, S::I64x8::N]
 ///     }
 /// }
-/// assert_eq!(dispatch(Widths), [4, 8, 16, 4, 8, 4, 8]);
+/// assert_eq!(dispatch(Widths), [4, 8, 16, 4, 8, 8]);
 /// ```
 pub trait Simd: Copy {
     /// Four f32 lanes.
@@ -34,8 +34,6 @@ pub trait Simd: Copy {
     type F64x4: Lanes<Scalar = f64>;
     /// Eight f64 lanes.
     type F64x8: Lanes<Scalar = f64>;
-    /// Four i64 lanes.
-    type I64x4: Ints;
     /// Eight i64 lanes.
     type I64x8: Ints;
     /// As many f32 lanes as fit in one register.

@@ -52,7 +52,6 @@ mod x86;
 
 pub use dispatch::{WithSimd, dispatch};
 pub use int::Ints;
-pub(crate) use int::WrappingI64;
 #[doc(hidden)]
 pub use lanes::lanes_of;
 pub use lanes::{Lanes, Mask};

@@ -191,7 +191,6 @@ impl Simd for Baseline {
     type F32x16 = V<::wide::f32x16>;
     type F64x4 = V<::wide::f64x4>;
     type F64x8 = V<::wide::f64x8>;
-    type I64x4 = ::wide::i64x4;
     type I64x8 = ::wide::i64x8;
     type F32s = registers::F32s;
     type F64s = registers::F64s;

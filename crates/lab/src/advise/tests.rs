@@ -88,7 +88,7 @@ fn compare(what: &str, triangles: &[Triangle], camera: &Camera) -> Vec<(Arithmet
     ];
     for grid in grids {
         let facets: Vec<_> = triangles.iter().map(|t| grid.triangle(t).unwrap()).collect();
-        let scene: Vec<_> = blocks(&facets).collect();
+        let scene = blocks(&facets);
         let ask = |ray| told(Fixed::default().closest(&scene, &grid.ray(ray).unwrap()));
         counted.push(wrong(&mut rays.iter().map(ask)));
     }

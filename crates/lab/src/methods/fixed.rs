@@ -1,14 +1,12 @@
 //! The `fixed` mode as a method. Each batch has its own integer grid.
 
-use std::time::Instant;
-
 use intertri::fixed::{self, Bits, Grid};
-use intertri::simd::Lane;
-use intertri::simd::{Level, Simd, WithSimd};
-use intertri::{Hit, Ray, Triangle};
+use intertri::simd::Level;
+use intertri::{Mode, Ray, Triangle};
 
 use super::closest::Seconds;
-use crate::layout::{Form, Layout};
+use super::kernel;
+use crate::layout::Layout;
 use crate::test_batch::{Answer, ClosestHit, TestBatch};
 
 /// Tests pairs in `fixed` mode, each on the finest grid that can represent it. A pair that fits on
@@ -20,24 +18,34 @@ pub(super) fn pairs(level: Level, triangles: &[Triangle], rays: &[Ray], to: &mut
         let snapped = Grid::around(points, Bits::FINE)
             .and_then(|grid| Ok((grid.triangle(triangle)?, grid.ray(&whole)?)));
         *to = snapped.map_or(Answer::default(), |(triangle, ray)| {
-            let block = fixed::Block::<8>::new([(triangle, 0)]);
-            let hit = fixed::Fixed::at(level).closest(&[block], &ray);
-            hit.map_or(Answer::default(), |hit| Answer { hit: true, t: hit.t })
+            let hit = Mode::once().at(level).closest(&[triangle.to_f32()], ray.to_f32());
+            hit.map_or(Answer::default(), |hit| Answer { hit: true, t: ray.t_of_caller(hit.t) })
         });
     }
 }
 
 /// Finds the closest hits of batches in `fixed` mode, each batch on its own grid. All rays of a
-/// batch that does not fit on any grid are misses. Returns `None` unless there are 4 or 8 lanes.
+/// batch that does not fit on any grid are misses. Snapping is not timed.
 pub(super) fn closest(
     level: Level,
     batches: &[TestBatch],
     layout: Layout,
     nearest: &mut Vec<ClosestHit>,
 ) -> Option<Seconds> {
-    let batches = batches.iter().map(|batch| Snapped::new(batch).unwrap_or(Snapped::none(batch)));
-    let batches = batches.collect();
-    matches!(layout.lanes, 4 | 8).then(|| level.run(FixedClosest { batches, layout, nearest }))
+    let snapped: Vec<Snapped> =
+        batches.iter().map(|batch| Snapped::new(batch).unwrap_or(Snapped::none(batch))).collect();
+    let in_f32: Vec<TestBatch> = snapped.iter().map(Snapped::to_f32).collect();
+    let mut found = Vec::new();
+    let seconds = kernel::closest(Mode::once().at(level), level, &in_f32, layout, &mut found)?;
+    nearest.clear();
+    let mut found = found.into_iter();
+    for batch in &snapped {
+        let of_caller =
+            |(ray, hit): (&fixed::Ray, ClosestHit)| ClosestHit { t: ray.t_of_caller(hit.t), ..hit };
+        nearest.extend(batch.rays.iter().zip(found.by_ref()).map(of_caller));
+        nearest.extend((0..batch.misses).map(|_| ClosestHit::MISS));
+    }
+    Some(seconds)
 }
 
 /// Counts how many triangles of its batch each ray crosses in `fixed` mode, or 0 if the batch does
@@ -46,7 +54,7 @@ pub(super) fn counts(level: Level, batch: &TestBatch) -> Vec<u32> {
     let Some(Snapped { rays, triangles, .. }) = Snapped::new(batch) else {
         return vec![0; batch.rays.len()];
     };
-    let blocks: Vec<_> = fixed::blocks(&triangles).collect();
+    let blocks = fixed::blocks(&triangles);
     let count = |ray| fixed::Fixed::at(level).crossings(&blocks, ray).unsigned as u32;
     rays.iter().map(count).collect()
 }
@@ -71,6 +79,13 @@ impl Snapped {
     /// Creates a batch in which every ray misses.
     fn none(batch: &TestBatch) -> Self {
         Self { rays: Vec::new(), triangles: Vec::new(), misses: batch.rays.len() }
+    }
+
+    fn to_f32(&self) -> TestBatch {
+        TestBatch {
+            rays: self.rays.iter().map(|ray| *ray.to_f32()).collect(),
+            triangles: self.triangles.iter().map(fixed::Triangle::to_f32).collect(),
+        }
     }
 }
 
@@ -98,106 +113,4 @@ pub fn on_grid(batch: &TestBatch) -> Option<TestBatch> {
         rays: batch.rays.iter().map(ray).collect::<Option<_>>()?,
         triangles: batch.triangles.iter().map(triangle).collect::<Option<_>>()?,
     })
-}
-
-struct FixedClosest<'a> {
-    batches: Vec<Snapped>,
-    layout: Layout,
-    nearest: &'a mut Vec<ClosestHit>,
-}
-
-impl WithSimd for FixedClosest<'_> {
-    type Output = Seconds;
-
-    #[inline(always)]
-    fn run<S: Simd>(self) -> Seconds {
-        let Self { batches, layout, nearest } = self;
-        nearest.clear();
-        nearest.reserve(batches.iter().map(|batch| batch.rays.len()).sum());
-        match (layout.form, layout.lanes) {
-            (Form::Packets, 4) => fixed_packets::<S, 4>(&batches, nearest),
-            (Form::Packets, _) => fixed_packets::<S, 8>(&batches, nearest),
-            (Form::Blocks, 4) => fixed_blocks::<S, 4>(&batches, nearest),
-            (Form::Blocks, _) => fixed_blocks::<S, 8>(&batches, nearest),
-        }
-    }
-}
-
-#[inline(always)]
-fn fixed_packets<S: Simd, const N: usize>(
-    batches: &[Snapped],
-    nearest: &mut Vec<ClosestHit>,
-) -> Seconds
-where
-    Lane<N>: fixed::IntWidth,
-{
-    let prepared: Vec<(Vec<fixed::Packet<N>>, Vec<fixed::Prepared>)> = batches
-        .iter()
-        .map(|batch| {
-            let packets = batch.rays.chunks(N).map(fixed::Packet::new).collect();
-            (packets, batch.triangles.iter().map(fixed::Prepared::new).collect())
-        })
-        .collect();
-
-    let start = Instant::now();
-    for ((packets, triangles), batch) in prepared.iter().zip(batches) {
-        for packet in packets {
-            let mut bests = [fixed::Best::default(); N];
-            for (number, triangle) in (0..).zip(triangles) {
-                packet.crossings_in::<S, true>(triangle, packet.live(), |lane, crossing| {
-                    bests[lane].offer(crossing, number);
-                });
-            }
-            let live = packet.live().count_ones() as usize;
-            for (best, ray) in bests.iter().zip(packet.rays()).take(live) {
-                let hit = best.to_hit(ray);
-                nearest.push(closest_hit(hit));
-            }
-        }
-        nearest.extend((0..batch.misses).map(|_| ClosestHit::MISS));
-    }
-    start.elapsed().as_secs_f64()
-}
-
-#[inline(always)]
-fn fixed_blocks<S: Simd, const N: usize>(
-    batches: &[Snapped],
-    nearest: &mut Vec<ClosestHit>,
-) -> Seconds
-where
-    Lane<N>: fixed::IntWidth,
-{
-    let blocks: Vec<Vec<fixed::Block<N>>> = batches
-        .iter()
-        .map(|batch| {
-            let numbered = batch.triangles.chunks(N).zip((0_u32..).step_by(N));
-            let block = |(chunk, first): (&[fixed::Triangle], u32)| {
-                fixed::Block::new(chunk.iter().copied().zip(first..))
-            };
-            numbered.map(block).collect()
-        })
-        .collect();
-
-    let start = Instant::now();
-    for (blocks, batch) in blocks.iter().zip(batches) {
-        for ray in &batch.rays {
-            let lanes = fixed::RayLanes::<S, N>::new(ray);
-            let mut best = fixed::Best::default();
-            for block in blocks {
-                block.crossings_in::<S, true>(&lanes, |crossing, number| {
-                    best.offer(crossing, number);
-                });
-            }
-            let hit = best.to_hit(ray);
-            nearest.push(closest_hit(hit));
-        }
-        nearest.extend((0..batch.misses).map(|_| ClosestHit::MISS));
-    }
-    start.elapsed().as_secs_f64()
-}
-
-/// Converts a hit to the type that batches use.
-#[inline(always)]
-fn closest_hit(hit: Option<Hit>) -> ClosestHit {
-    hit.map_or(ClosestHit::MISS, |hit| ClosestHit { t: hit.t, triangle: hit.triangle })
 }

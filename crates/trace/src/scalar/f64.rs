@@ -348,13 +348,17 @@ impl Originals for CopiedRays<'_> {
         self.in_units_of_copy(ray, exact::decide_pair(self.rule, ray, triangle))
     }
 
-    fn decide_eight(&self, pairs: &[(RayId, LeafSlot)]) -> [PairDecision; 8] {
+    fn rule(&self) -> Rule {
+        self.rule
+    }
+
+    fn decide_eight(&self, rule: Rule, pairs: &[(RayId, LeafSlot)]) -> [PairDecision; 8] {
         let mut eight = EightPairs::new();
         for (lane, &(ray, slot)) in pairs.iter().enumerate() {
             let (ray, triangle) = self.pair(ray, slot);
             eight.set(lane, ray, triangle);
         }
-        let mut decisions = eight.decide(self.level, self.rule);
+        let mut decisions = eight.decide(self.level, rule);
         for (decision, &(ray, slot)) in decisions.iter_mut().zip(pairs) {
             *decision = self.in_units_of_copy(self.pair(ray, slot).0, *decision);
         }

@@ -7,8 +7,7 @@
 
 use super::{Grid, GridError};
 use crate::fixed::Ray;
-use crate::fixed::edges::f32s;
-use crate::fixed::numbers::{exponent, pow2, round};
+use crate::fixed::numbers::{exponent, f32s, pow2, round};
 use crate::simd::{Lanes, Mask, Simd, WithSimd, dispatch};
 
 impl Grid {

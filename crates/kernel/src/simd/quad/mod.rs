@@ -203,8 +203,8 @@ macro_rules! lanes {
 lanes!(Singles, SinglesMask, singles);
 lanes!(Doubles, DoublesMask, doubles);
 
-/// Two registers of i64 lanes. Together, they have as many lanes as one register of i32 lanes,
-/// because the factors of products are 32-bit.
+/// Two registers of i64 lanes. Together, they have as many lanes as one register of u32 lanes,
+/// because products are made of 32-bit ones.
 #[derive(Clone, Copy)]
 pub(super) struct Integers(cpu::integers::Regs);
 
@@ -236,33 +236,12 @@ impl Ints for Integers {
         Self(cpu::integers::load(from.first_chunk().expect("the slice has N elements")))
     }
     #[inline(always)]
-    fn load_f32(from: &[f32]) -> Self {
-        Self(cpu::integers::load_f32(from.first_chunk().expect("the slice has N elements")))
-    }
-    #[inline(always)]
     fn store(self, to: &mut [i64]) {
         cpu::integers::store(self.0, to.first_chunk_mut().expect("the slice has N elements"));
     }
     #[inline(always)]
-    fn mul_narrow(self, b: Self) -> Self {
-        Self(cpu::integers::mul_narrow(self.0, b.0))
-    }
-    #[inline(always)]
     fn times(self, b: Self) -> Self {
-        // These CPUs have no 64-bit product in lanes.
-        let (mut x, mut y) = ([0; 4], [0; 4]);
-        self.store(&mut x);
-        b.store(&mut y);
-        for (x, y) in x.iter_mut().zip(y) {
-            *x = x.wrapping_mul(y);
-        }
-        Self::load(&x)
-    }
-    #[inline(always)]
-    fn dot([ax, ay, az]: [Self; 3], [bx, by, bz]: [Self; 3]) -> Self {
-        // Compute all three products at once: their high halves are added before they are shifted,
-        // so there is only one shift.
-        Self(cpu::integers::dot([ax.0, ay.0, az.0], [bx.0, by.0, bz.0]))
+        Self(cpu::integers::times(self.0, b.0))
     }
     #[inline(always)]
     fn negative(self) -> u32 {
@@ -271,14 +250,6 @@ impl Ints for Integers {
     #[inline(always)]
     fn zero(self) -> u32 {
         cpu::integers::zero(self.0)
-    }
-    #[inline(always)]
-    fn negative_of_two(self, last: Self) -> u32 {
-        cpu::integers::negative_of_two(self.0, last.0)
-    }
-    #[inline(always)]
-    fn zero_of_two(self, last: Self) -> u32 {
-        cpu::integers::zero_of_two(self.0, last.0)
     }
 }
 
@@ -292,7 +263,6 @@ impl Simd for Baseline {
     type F32x16 = Pair<Pair<Singles>>;
     type F64x4 = Pair<Doubles>;
     type F64x8 = Pair<Pair<Doubles>>;
-    type I64x4 = Integers;
     type I64x8 = Pair<Integers>;
     // A 128-bit register holds four f32 values but only two f64 values. `F64s` is a pair, so both
     // types have one lane for each of four triangles.

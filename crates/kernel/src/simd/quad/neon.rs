@@ -308,13 +308,6 @@ pub(super) mod integers {
         cpu!([vld1q_s64(from.as_ptr()), vld1q_s64(from[2..].as_ptr())])
     }
     #[inline(always)]
-    pub(crate) fn load_f32(from: &[f32; 4]) -> Regs {
-        cpu!({
-            let numbers = vcvtq_s32_f32(vld1q_f32(from.as_ptr()));
-            [vmovl_s32(vget_low_s32(numbers)), vmovl_high_s32(numbers)]
-        })
-    }
-    #[inline(always)]
     pub(crate) fn store(x: Regs, to: &mut [i64; 4]) {
         cpu!({
             vst1q_s64(to.as_mut_ptr(), x[0]);
@@ -329,87 +322,43 @@ pub(super) mod integers {
     pub(crate) fn sub(a: Regs, b: Regs) -> Regs {
         cpu!([vsubq_s64(a[0], b[0]), vsubq_s64(a[1], b[1])])
     }
-    /// Returns the low half of each lane. The code truncates instead of shuffling, because
-    /// truncating a number that was just widened costs nothing.
+    /// Returns the low half of each lane.
     #[inline(always)]
-    fn low(x: Regs) -> int32x4_t {
-        cpu!(vcombine_s32(vmovn_s64(x[0]), vmovn_s64(x[1])))
+    fn low(x: Regs) -> uint32x4_t {
+        cpu!(vuzp1q_u32(vreinterpretq_u32_s64(x[0]), vreinterpretq_u32_s64(x[1])))
     }
     /// Returns the high half of each lane.
     #[inline(always)]
-    fn high(x: Regs) -> int32x4_t {
-        cpu!(vuzp2q_s32(vreinterpretq_s32_s64(x[0]), vreinterpretq_s32_s64(x[1])))
+    fn high(x: Regs) -> uint32x4_t {
+        cpu!(vuzp2q_u32(vreinterpretq_u32_s64(x[0]), vreinterpretq_u32_s64(x[1])))
     }
+    /// Adds the products of the unsigned halves that reach the lower 64 bits.
     #[inline(always)]
-    fn product(a: int32x4_t, b: int32x4_t) -> Regs {
-        cpu!([vmull_s32(vget_low_s32(a), vget_low_s32(b)), vmull_high_s32(a, b)])
-    }
-    #[inline(always)]
-    fn plus_product(sum: Regs, a: int32x4_t, b: int32x4_t) -> Regs {
-        cpu!([vmlal_s32(sum[0], vget_low_s32(a), vget_low_s32(b)), vmlal_high_s32(sum[1], a, b),])
-    }
-    #[inline(always)]
-    pub(crate) fn mul_narrow(a: Regs, b: Regs) -> Regs {
-        product(low(a), low(b))
-    }
-    /// Computes a dot product. Each component of b is split into `low + 2^32 * high` with a signed
-    /// low half. Only the low 32 bits of the products with the high halves matter, so one
-    /// multiplication handles all four lanes.
-    #[inline(always)]
-    pub(crate) fn dot(a: [Regs; 3], b: [Regs; 3]) -> Regs {
-        let a = [low(a[0]), low(a[1]), low(a[2])];
-        let lows = [low(b[0]), low(b[1]), low(b[2])];
-        let highs =
-            [above(lows[0], high(b[0])), above(lows[1], high(b[1])), above(lows[2], high(b[2]))];
-        let sum = plus_product(product(a[0], lows[0]), a[1], lows[1]);
-        let sum = plus_product(sum, a[2], lows[2]);
+    pub(crate) fn times(a: Regs, b: Regs) -> Regs {
+        let (a_low, b_low) = (low(a), low(b));
         cpu!({
-            // The products with the high halves are multiplied by 2^32, so only the low 32 bits of
-            // each matter.
-            let high = vmlaq_s32(vmulq_s32(a[0], highs[0]), a[1], highs[1]);
-            let high = vmlaq_s32(high, a[2], highs[2]);
-            let of = |half| vreinterpretq_s64_s32(half);
-            let none = vdupq_n_s32(0);
+            let middle = vmlaq_u32(vmulq_u32(a_low, high(b)), high(a), b_low);
+            let of = |half| vreinterpretq_s64_u32(half);
+            let none = vdupq_n_u32(0);
             // Interleaving zeros below the products multiplies them by 2^32.
-            add(sum, [of(vzip1q_s32(none, high)), of(vzip2q_s32(none, high))])
+            let middle = [of(vzip1q_u32(none, middle)), of(vzip2q_u32(none, middle))];
+            let of = |product| vreinterpretq_s64_u64(product);
+            let lows = [
+                of(vmull_u32(vget_low_u32(a_low), vget_low_u32(b_low))),
+                of(vmull_high_u32(a_low, b_low)),
+            ];
+            add(lows, middle)
         })
-    }
-    /// Returns the high half to use with a signed low half: `high`, plus 1 if `low` is negative.
-    #[inline(always)]
-    fn above(low: int32x4_t, high: int32x4_t) -> int32x4_t {
-        cpu!(vreinterpretq_s32_u32(vsraq_n_u32::<31>(
-            vreinterpretq_u32_s32(high),
-            vreinterpretq_u32_s32(low)
-        )))
     }
     #[inline(always)]
     pub(crate) fn negative(x: Regs) -> u32 {
-        cpu!(singles::bits(vcltzq_s32(high(x))))
-    }
-    #[inline(always)]
-    pub(crate) fn negative_of_two(first: Regs, last: Regs) -> u32 {
-        let halves = [high(first), high(last)];
-        cpu!({
-            let of = |half| vreinterpretq_s16_s32(half);
-            // The sign of an i64 is in its upper 16 bits, so eight lanes fit in one register.
-            let signs = vcltzq_s16(vuzp2q_s16(of(halves[0]), of(halves[1])));
-            singles::bits_of_eight(signs)
-        })
-    }
-    /// Returns a mask with 32 bits per lane, set where the lane is 0.
-    #[inline(always)]
-    fn zeros(x: Regs) -> uint32x4_t {
-        cpu!({
-            let of = |mask| vreinterpretq_u32_u64(mask);
-            vuzp1q_u32(of(vceqzq_s64(x[0])), of(vceqzq_s64(x[1])))
-        })
+        cpu!(singles::bits(vcltzq_s32(vreinterpretq_s32_u32(high(x)))))
     }
     #[inline(always)]
     pub(crate) fn zero(x: Regs) -> u32 {
-        singles::bits(zeros(x))
-    }
-    #[inline(always)]
-    pub(crate) fn zero_of_two(first: Regs, last: Regs) -> u32 {
-        singles::bits_of_two(zeros(first), zeros(last))
+        cpu!({
+            let of = |mask| vreinterpretq_u32_u64(mask);
+            singles::bits(vuzp1q_u32(of(vceqzq_s64(x[0])), of(vceqzq_s64(x[1]))))
+        })
     }
 }

@@ -263,11 +263,6 @@ pub(super) mod integers {
         // SAFETY: each load reads 128 bits of the array, with any alignment.
         unsafe { [v128_load(from.as_ptr().cast()), v128_load(from[2..].as_ptr().cast())] }
     }
-    #[inline(always)]
-    pub(crate) fn load_f32(from: &[f32; 4]) -> Regs {
-        let numbers = i32x4_trunc_sat_f32x4(singles::load(from));
-        [i64x2_extend_low_i32x4(numbers), i64x2_extend_high_i32x4(numbers)]
-    }
     #[allow(unsafe_code)]
     #[inline(always)]
     pub(crate) fn store(x: Regs, to: &mut [i64; 4]) {
@@ -295,56 +290,25 @@ pub(super) mod integers {
     fn high(x: Regs) -> v128 {
         i32x4_shuffle::<1, 3, 5, 7>(x[0], x[1])
     }
+    /// Adds the products of the unsigned halves that reach the lower 64 bits.
     #[inline(always)]
-    fn product(a: v128, b: v128) -> Regs {
-        [i64x2_extmul_low_i32x4(a, b), i64x2_extmul_high_i32x4(a, b)]
-    }
-    #[inline(always)]
-    pub(crate) fn mul_narrow(a: Regs, b: Regs) -> Regs {
-        product(low(a), low(b))
-    }
-    /// Computes a dot product. Each component of b is split into `low + 2^32 * high` with a signed
-    /// low half. Only the low 32 bits of the products with the high halves matter, so one
-    /// multiplication handles all four lanes.
-    #[inline(always)]
-    pub(crate) fn dot(a: [Regs; 3], b: [Regs; 3]) -> Regs {
-        let a = [low(a[0]), low(a[1]), low(a[2])];
-        let lows = [low(b[0]), low(b[1]), low(b[2])];
-        let highs =
-            [above(lows[0], high(b[0])), above(lows[1], high(b[1])), above(lows[2], high(b[2]))];
-        let sum = add(product(a[0], lows[0]), product(a[1], lows[1]));
-        let sum = add(sum, product(a[2], lows[2]));
-        // The products with the high halves are multiplied by 2^32, so only the low 32 bits of each
-        // matter.
-        let high = i32x4_add(i32x4_mul(a[0], highs[0]), i32x4_mul(a[1], highs[1]));
-        let high = i32x4_add(high, i32x4_mul(a[2], highs[2]));
+    pub(crate) fn times(a: Regs, b: Regs) -> Regs {
+        let (a_low, b_low) = (low(a), low(b));
+        let middle = i32x4_add(i32x4_mul(a_low, high(b)), i32x4_mul(high(a), b_low));
         let none = i64x2_splat(0);
-        let above =
-            [i32x4_shuffle::<0, 4, 1, 5>(none, high), i32x4_shuffle::<0, 6, 1, 7>(none, high)];
-        add(sum, above)
-    }
-    /// Returns the high half to use with a signed low half: `high`, plus 1 if `low` is negative.
-    #[inline(always)]
-    fn above(low: v128, high: v128) -> v128 {
-        // The arithmetic shift turns a negative low half into -1, and subtracting -1 adds the
-        // carry.
-        i32x4_sub(high, i32x4_shr(low, 31))
+        // Interleaving zeros below the products multiplies them by 2^32.
+        let middle =
+            [i32x4_shuffle::<0, 4, 1, 5>(none, middle), i32x4_shuffle::<0, 6, 1, 7>(none, middle)];
+        let lows = [i64x2_extmul_low_u32x4(a_low, b_low), i64x2_extmul_high_u32x4(a_low, b_low)];
+        add(lows, middle)
     }
     #[inline(always)]
     pub(crate) fn negative(x: Regs) -> u32 {
         i32x4_bitmask(high(x)).into()
     }
     #[inline(always)]
-    pub(crate) fn negative_of_two(first: Regs, last: Regs) -> u32 {
-        negative(first) | negative(last) << 4
-    }
-    #[inline(always)]
     pub(crate) fn zero(x: Regs) -> u32 {
         let none = i64x2_splat(0);
         negative([i64x2_eq(x[0], none), i64x2_eq(x[1], none)])
-    }
-    #[inline(always)]
-    pub(crate) fn zero_of_two(first: Regs, last: Regs) -> u32 {
-        zero(first) | zero(last) << 4
     }
 }

@@ -1,5 +1,4 @@
-//! Integer lanes for AVX2 and AVX-512. `pmuldq` multiplies signed 32-bit integers into 64-bit
-//! products.
+//! Integer lanes for AVX2 and AVX-512.
 //!
 //! The `SAFETY` argument in the module comment of [`super::reg`] also applies to this module.
 #![allow(unsafe_code, clippy::wildcard_imports)]
@@ -12,9 +11,8 @@ use super::reg::Reg;
 
 macro_rules! ints {
     (
-        $reg:ty, $n:literal, $add:ident $sub:ident $muldq:ident $set1:ident
-        $loadu:ident $storeu:ident, load_f32 $load_f32:expr,
-        {$($dot:tt)*}, negative $negative:expr, zero $zero:expr
+        $reg:ty, $n:literal, $add:ident $sub:ident $set1:ident $loadu:ident $storeu:ident,
+        {$($times:tt)*}, negative $negative:expr, zero $zero:expr
     ) => {
         impl Add for Reg<$reg> {
             type Output = Self;
@@ -43,20 +41,11 @@ macro_rules! ints {
                 Self(cpu!($loadu(from)))
             }
             #[inline(always)]
-            fn load_f32(from: &[f32]) -> Self {
-                let from: [f32; $n] = from[..$n].try_into().expect("the slice has N elements");
-                Self(cpu!($load_f32(from.as_ptr())))
-            }
-            #[inline(always)]
             fn store(self, to: &mut [i64]) {
                 let to = to[..$n].as_mut_ptr().cast();
                 cpu!($storeu(to, self.0));
             }
-            #[inline(always)]
-            fn mul_narrow(self, b: Self) -> Self {
-                Self(cpu!($muldq(self.0, b.0)))
-            }
-            $($dot)*
+            $($times)*
             #[inline(always)]
             fn negative(self) -> u32 {
                 cpu!($negative(self.0)) as u32
@@ -69,9 +58,8 @@ macro_rules! ints {
     };
 }
 
-ints!(__m256i, 4, _mm256_add_epi64 _mm256_sub_epi64 _mm256_mul_epi32 _mm256_set1_epi64x
+ints!(__m256i, 4, _mm256_add_epi64 _mm256_sub_epi64 _mm256_set1_epi64x
     _mm256_loadu_si256 _mm256_storeu_si256,
-    load_f32 |from| _mm256_cvtepi32_epi64(_mm_cvttps_epi32(_mm_loadu_ps(from))),
     {
         /// Adds the products of the unsigned halves that reach the lower 64 bits.
         #[inline(always)]
@@ -82,37 +70,16 @@ ints!(__m256i, 4, _mm256_add_epi64 _mm256_sub_epi64 _mm256_mul_epi32 _mm256_set1
             let y = Self(cpu!(_mm256_mul_epu32(self.0, b_high)));
             low + Self(cpu!(_mm256_slli_epi64::<32>((x + y).0)))
         }
-        /// Splits each component of `b` into `low + 2^32 * high` with a signed low half, so that
-        /// `pmuldq` can multiply both halves. The two sums are combined at the end.
-        #[inline(always)]
-        fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
-            // `pmuldq` reads the low half as signed. If the top bit of the low half is set,
-            // `pmuldq` reads a value that is too small by 2^32; adding 2^31 before the shift
-            // compensates by carrying one into the high half.
-            let half = Self(cpu!(_mm256_set1_epi64x(1 << 31)));
-            let x = Self(cpu!(_mm256_srli_epi64::<32>((b[0] + half).0)));
-            let y = Self(cpu!(_mm256_srli_epi64::<32>((b[1] + half).0)));
-            let z = Self(cpu!(_mm256_srli_epi64::<32>((b[2] + half).0)));
-            let low = a[0].mul_narrow(b[0]) + a[1].mul_narrow(b[1]) + a[2].mul_narrow(b[2]);
-            let high = a[0].mul_narrow(x) + a[1].mul_narrow(y) + a[2].mul_narrow(z);
-            low + Self(cpu!(_mm256_slli_epi64::<32>(high.0)))
-        }
     },
     negative |x| _mm256_movemask_pd(_mm256_castsi256_pd(x)),
     zero |x| _mm256_movemask_pd(_mm256_castsi256_pd(
         _mm256_cmpeq_epi64(x, _mm256_setzero_si256()))));
-ints!(__m512i, 8, _mm512_add_epi64 _mm512_sub_epi64 _mm512_mul_epi32 _mm512_set1_epi64
+ints!(__m512i, 8, _mm512_add_epi64 _mm512_sub_epi64 _mm512_set1_epi64
     _mm512_loadu_si512 _mm512_storeu_si512,
-    load_f32 |from| _mm512_cvttps_epi64(_mm256_loadu_ps(from)),
     {
         #[inline(always)]
         fn times(self, b: Self) -> Self {
             Self(cpu!(_mm512_mullo_epi64(self.0, b.0)))
-        }
-        #[inline(always)]
-        fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
-            // AVX-512 has a 64-bit multiplication, which keeps the low 64 bits of each product.
-            a[0].times(b[0]) + a[1].times(b[1]) + a[2].times(b[2])
         }
     },
     negative |x| _mm512_movepi64_mask(x),

@@ -44,7 +44,6 @@ impl Simd for Avx2 {
     type F32x16 = Pair<Reg<__m256>>;
     type F64x4 = Reg<__m256d>;
     type F64x8 = Pair<Reg<__m256d>>;
-    type I64x4 = Reg<__m256i>;
     type I64x8 = Pair<Reg<__m256i>>;
     type F32s = Self::F32x8;
     type F64s = Self::F64x8;
@@ -98,7 +97,6 @@ impl Simd for Avx512 {
     type F32x16 = Reg<__m512>;
     type F64x4 = Reg<__m256d>;
     type F64x8 = Reg<__m512d>;
-    type I64x4 = Reg<__m256i>;
     type I64x8 = Reg<__m512i>;
     type F32s = Self::F32x16;
     type F64s = Pair<Self::F64x8>;

@@ -1,6 +1,5 @@
 //! Computes the containment of the origins of a beam's rays by counting crossings in the leaves.
 
-use intertri::internal::exact::Side;
 use intertri::internal::{AlongAxis, Axis};
 use intertri::simd::{Lanes, Mask, Simd, Vec3};
 use intertri::{Counts, Filter, LeafSlot, PreparedPacket, Ray, RayId};
@@ -91,15 +90,18 @@ impl<'a, 'b, S: Simd> Winding<'a, 'b, S> {
     fn settle(&mut self, undecided: u32, slot: LeafSlot) {
         let (triangle, resolver) = (self.tree.triangle_in(slot), self.filter.resolver());
         let (rays, first) = self.rays;
+        let pair = |lane: usize| (rays[lane], triangle, (RayId(first.0 + lane as u32), slot));
+        let mut elsewhere = undecided;
         for lane in lanes_of(undecided) {
-            let (ray, ids) = (&rays[lane], (RayId(first.0 + lane as u32), slot));
-            let settled = &mut self.settled[lane];
-            if resolver.starts_on(ray, &triangle, ids) {
-                *settled = Containment::Surface;
+            if resolver.starts_on(&rays[lane], &triangle, pair(lane).2) {
+                self.settled[lane] = Containment::Surface;
                 self.live &= !(1 << lane);
-            } else if let Some(side) = resolver.crossing(ray, &triangle, ids) {
-                *settled = settled.crossed(side == Side::Leaves);
+                elsewhere &= !(1 << lane);
             }
+        }
+        let [crossed, leaving] = resolver.crossings(elsewhere, pair);
+        for lane in lanes_of(crossed) {
+            self.settled[lane] = self.settled[lane].crossed(leaving >> lane & 1 != 0);
         }
     }
 

@@ -131,10 +131,9 @@ impl HitCollector<'_> {
             // has already determined its side (exact.md, section 9).
             crossings.add(hits.leaves >> lane & 1 != 0);
         }
-        for lane in lanes_of(hits.undecided) {
-            if let Some(side) = self.crossed(LeafSlot((8 * leaf + lane) as u32)) {
-                crossings.add(side == Side::Leaves);
-            }
+        if hits.undecided != 0 {
+            let [crossed, leaving] = self.crossed_among(hits.undecided, leaf);
+            lanes_of(crossed).for_each(|lane| crossings.add(leaving >> lane & 1 != 0));
         }
     }
 
@@ -146,17 +145,30 @@ impl HitCollector<'_> {
         for lane in lanes_of(hits.sure) {
             *containment = containment.crossed(hits.leaves >> lane & 1 != 0);
         }
-        for lane in lanes_of(hits.undecided) {
-            let at = LeafSlot((8 * leaf + lane) as u32);
-            if self.starts_on(at) {
-                // A point on the surface is neither inside nor outside, regardless of the crossings
-                // counted so far.
-                *containment = Containment::Surface;
-            } else if let Some(side) = self.crossed(at) {
-                *containment = containment.crossed(side == Side::Leaves);
-            }
+        if hits.undecided == 0 {
+            return false;
         }
-        *containment == Containment::Surface
+        if lanes_of(hits.undecided).any(|lane| self.starts_on(LeafSlot((8 * leaf + lane) as u32))) {
+            // A point on the surface is neither inside nor outside, regardless of the crossings
+            // counted so far.
+            *containment = Containment::Surface;
+            return true;
+        }
+        let [crossed, leaving] = self.crossed_among(hits.undecided, leaf);
+        for lane in lanes_of(crossed) {
+            *containment = containment.crossed(leaving >> lane & 1 != 0);
+        }
+        false
+    }
+
+    /// Returns which of a leaf's undecided triangles the ray crosses, and which of these it leaves.
+    #[inline(always)]
+    fn crossed_among(&self, undecided: u32, leaf: usize) -> [u32; 2] {
+        let pair = |lane: usize| {
+            let slot = LeafSlot((8 * leaf + lane) as u32);
+            (*self.ray, self.tree.triangle_in(slot), (self.id, slot))
+        };
+        self.filter.resolver().crossings(undecided, pair)
     }
 
     /// Returns the side from which the ray crosses the triangle in a slot, or `None` if it does not
