@@ -80,6 +80,41 @@ impl<const N: usize> RayPacket<N> {
     }
 }
 
+impl RayPacket<16> {
+    /// Like [`RayPacket::new`], but moves whole registers if there are sixteen rays.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn loaded_in<S: Simd>(rays: &[Ray]) -> Self {
+        let Some(rays) = rays.first_chunk::<16>() else { return Self::new(rays) };
+        // A ray is two rows: its origin with t_min, and its direction with t_max.
+        let rows: &[[[f32; 4]; 2]; 16] = bytemuck::cast_ref(rays);
+        let mut packet = Self {
+            origin: [[0.0; 16]; 3],
+            dir: [[0.0; 16]; 3],
+            t_min: [0.0; 16],
+            t_max: [0.0; 16],
+            live: mask(16),
+        };
+        let [x, y, z, t_min] = S::columns(
+            #[inline(always)]
+            |i| &rows[i][0],
+        );
+        let [dx, dy, dz, t_max] = S::columns(
+            #[inline(always)]
+            |i| &rows[i][1],
+        );
+        x.store(&mut packet.origin[0]);
+        y.store(&mut packet.origin[1]);
+        z.store(&mut packet.origin[2]);
+        t_min.store(&mut packet.t_min);
+        dx.store(&mut packet.dir[0]);
+        dy.store(&mut packet.dir[1]);
+        dz.store(&mut packet.dir[2]);
+        t_max.store(&mut packet.t_max);
+        packet
+    }
+}
+
 /// N triangles in lanes.
 ///
 /// Unused lanes repeat the last triangle and are dead: no result includes them.

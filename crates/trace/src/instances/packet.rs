@@ -52,6 +52,20 @@ pub(super) struct TraceSome<'a, 'c> {
     pub(super) collect: &'a mut [&'c mut (dyn Collect + 'c)],
 }
 
+/// Returns whether at least two rays can hit anything and all rays that can do so have similar
+/// directions.
+#[inline(always)]
+fn are_coherent<S: Simd>(rays: &[Ray64]) -> bool {
+    let (mut dir, mut live) = ([[0.0; RAYS]; 3], 0);
+    for (lane, ray) in rays.iter().enumerate() {
+        for (to, x) in dir.iter_mut().zip(ray.dir) {
+            to[lane] = x as f32;
+        }
+        live |= u32::from(ray.t_min < ray.t_max) << lane;
+    }
+    is_coherent::<S>(&dir, live)
+}
+
 impl WithSimd for TraceSome<'_, '_> {
     type Output = ();
 
@@ -61,7 +75,7 @@ impl WithSimd for TraceSome<'_, '_> {
         let mut alone = u32::MAX >> (32 - rays.len());
         if patience.is_waiting() {
             patience.pass();
-        } else if is_coherent(rays) {
+        } else if are_coherent::<S>(rays) {
             let mut packet = VisitInstances::<S> {
                 scene,
                 world: World::new(rays),

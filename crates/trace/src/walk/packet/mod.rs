@@ -13,7 +13,7 @@ mod leaf_tests;
 mod traverse;
 
 use intertri::simd::{Lanes, Mask, Simd};
-use intertri::{Counts, Filter, Ray, RayId, RayOf, RayPacket, Scalar};
+use intertri::{Counts, Filter, Ray, RayId, RayPacket};
 
 use crate::tree::{Margin, Tree};
 use crate::util::patience::Patience;
@@ -28,7 +28,7 @@ pub(crate) use traverse::{Boxes, PacketStack, RAYS, VisitTogether};
 /// The maximum difference between a ray's direction and the first ray's direction along each axis,
 /// as a fraction of the first direction's largest component. Rays that differ more diverge too
 /// soon.
-const SPREAD: f64 = 0.25;
+const SPREAD: f32 = 0.25;
 
 /// If, on average, fewer rays than this visit a node or leaf together, tracing them as a stream is
 /// faster.
@@ -100,14 +100,14 @@ impl<'a> Packets<'a> {
         counts: &mut Counts,
     ) -> bool {
         let (tree, filter) = (self.tree, self.filter);
-        if !is_coherent(rays) {
-            return false;
-        }
-        let packet = RayPacket::new(rays);
+        let packet = RayPacket::loaded_in::<S>(rays);
         // Rays with an empty interval hit nothing. If a ray has extreme values, the packet is not
         // traced.
         let t_min = S::F32x16::load(&packet.t_min);
         let live = packet.live() & t_min.lt(S::F32x16::load(&packet.t_max)).bits();
+        if !is_coherent::<S>(&packet.dir, live) {
+            return false;
+        }
         let prepared = filter.prepare_packet_in::<S, RAYS>(&packet);
         let closest = filter.no_hits(&packet);
         let mut tests =
@@ -174,21 +174,18 @@ pub(crate) fn octants(negative: [u32; 3], mut rays: u32) -> impl Iterator<Item =
     })
 }
 
-/// Returns whether at least two rays can hit anything and all rays that can do so have similar
-/// directions.
-pub(crate) fn is_coherent<S: Scalar + Into<f64>>(rays: &[RayOf<S>]) -> bool {
-    let mut live = rays.iter().filter(|ray| ray.t_min.into() < ray.t_max.into());
-    let Some(first) = live.next() else { return false };
-    let [x, y, z] = first.dir.map(Into::into);
+/// Returns whether at least two rays are live and all live rays have similar directions.
+#[inline(always)]
+pub(crate) fn is_coherent<S: Simd>(dir: &[[f32; RAYS]; 3], live: u32) -> bool {
+    if live.count_ones() < 2 {
+        return false;
+    }
+    let first = live.trailing_zeros() as usize % RAYS;
+    let [x, y, z] = [dir[0][first], dir[1][first], dir[2][first]];
     let most = SPREAD * x.abs().max(y.abs()).max(z.abs());
-    let mut others = 0;
-    most < f64::INFINITY
-        && live.all(|ray| {
-            others += 1;
-            let [dx, dy, dz] = ray.dir.map(Into::into);
-            (dx - x).abs().max((dy - y).abs()).max((dz - z).abs()) <= most
-        })
-        && others > 0
+    let off = |axis: &[f32; RAYS], first| (S::F32x16::load(axis) - Lanes::splat(first)).abs();
+    let apart = off(&dir[0], x).max(off(&dir[1], y)).max(off(&dir[2], z));
+    most < f32::INFINITY && live & !apart.le(Lanes::splat(most)).bits() == 0
 }
 
 #[cfg(test)]
