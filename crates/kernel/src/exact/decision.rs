@@ -131,7 +131,8 @@ pub fn decide_pair<S: Scalar>(
 const CLOSE: f64 = f32::EPSILON as f64 / 2.0;
 
 /// Bounds on t are kept only within these limits: 2^-120 and 2^120.
-const LIMITS: [f64; 2] = [f64::from_bits((1023 - 120) << 52), f64::from_bits((1023 + 120) << 52)];
+pub(super) const LIMITS: [f64; 2] =
+    [f64::from_bits((1023 - 120) << 52), f64::from_bits((1023 + 120) << 52)];
 
 /// Returns the f32 values nearest to t on either side, or the same value twice if t is an f32.
 #[inline(always)]

@@ -270,6 +270,23 @@ fn quotient_bounds<D: Lanes<Scalar = f64>>(num: &Sum<D>, den: &Sum<D>) -> [D; 2]
     [lo * D::splat(1.0 - WIDER), hi * D::splat(1.0 + WIDER)]
 }
 
+/// Returns bounds on the t at which a ray's line meets a triangle's plane, if f64 is certain that T
+/// and D are not 0 and have the same sign, so that t is positive. No input may be subnormal. The
+/// bounds hold only if no quotient underflows or overflows.
+#[inline(always)]
+pub(super) fn bounds_on_t(
+    [c1, c2, c3]: [Vec3<f64>; 3],
+    org: Vec3<f64>,
+    dir: Vec3<f64>,
+) -> Option<[f64; 2]> {
+    let (a, h4, h5) = (c1 - org, c2 - c1, c3 - c1);
+    let (normal, products) = (h4.cross_fused(h5), h4.abs().permanents(h5.abs()));
+    let num = Sum { value: normal.dot_fused(a), permanent: products.dot_fused(a.abs()) };
+    let den = Sum { value: normal.dot_fused(dir), permanent: products.dot_fused(dir.abs()) };
+    let ([t_over, t_under, _], [d_over, d_under, _]) = (num.signs(VOLUME), den.signs(VOLUME));
+    (t_over && d_over || t_under && d_under).then(|| quotient_bounds(&num.abs(), &den.abs()))
+}
+
 /// Returns the signs of T and D, if f64 is certain of both. The bound for T also holds for D =
 /// d·(h4 × h5).
 #[inline(always)]

@@ -75,6 +75,9 @@ pub use tier::Tier;
 
 use core::cmp::Ordering;
 
+use decision::LIMITS;
+
+use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
 
 /// Returns whether a ray meets a triangle within its interval. The rule determines which triangles
@@ -89,9 +92,9 @@ pub fn crossing<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<S
     crossing_from(Tier::Float, Rule::Once, ray, triangle)
 }
 
-/// Returns the order in which a ray meets two triangles, if no quotient is needed to determine it:
-/// their coordinates alone tell, or the ray passes through a corner or edge that the triangles
-/// share. The result is meaningless unless the ray hits both.
+/// Returns the order in which a ray meets two triangles, if no exact quotient is needed to determine
+/// it: their coordinates alone tell, the ray passes through a corner or edge that the triangles share,
+/// or bounds on both values of t do not overlap. The result is meaningless unless the ray hits both.
 pub fn known_order<S: Scalar>(
     ray: &RayOf<S>,
     one: &TriangleOf<S>,
@@ -100,6 +103,25 @@ pub fn known_order<S: Scalar>(
     // Coplanar walls and floors are common, and a ray often meets two neighbours at a shared edge.
     order_by_coordinates(ray, one, other)
         .or_else(|| shared_edge::is_met(ray, one, other).then_some(Ordering::Equal))
+        .or_else(|| order_by_bounds(ray, one, other))
+}
+
+/// Returns the order in which a ray meets the planes of two triangles, if f64 and its error bounds
+/// suffice.
+fn order_by_bounds<S: Scalar>(
+    ray: &RayOf<S>,
+    one: &TriangleOf<S>,
+    other: &TriangleOf<S>,
+) -> Option<Ordering> {
+    let vec3 = |v: [S; 3]| Vec3::<f64>::splat(v.map(Into::into));
+    let bounds = |triangle: &TriangleOf<S>| {
+        let corners = triangle.0.map(vec3);
+        let [lo, hi] = float::bounds_on_t(corners, vec3(ray.origin), vec3(ray.dir))?;
+        (is_plain(ray, triangle) && lo >= LIMITS[0] && hi <= LIMITS[1]).then_some([lo, hi])
+    };
+    let ([lo, hi], [other_lo, other_hi]) = (bounds(one)?, bounds(other)?);
+    let order = if hi < other_lo { Ordering::Less } else { Ordering::Greater };
+    (hi < other_lo || other_hi < lo).then_some(order)
 }
 
 /// Returns whether the corner or the edge on which a ray meets one triangle also belongs to another.
@@ -172,4 +194,49 @@ fn position<S: Scalar>(triangle: &TriangleOf<S>, axis: usize) -> Option<i64> {
         if corner[axis].is_negative() { -rank } else { rank }
     });
     (a == b && b == c).then_some(a)
+}
+
+#[cfg(test)]
+mod tests {
+    use core::cmp::Ordering;
+
+    use super::test_numbers::random;
+    use super::{Tier, known_order, order_by_bounds, order_from};
+    use crate::{RayOf, Scalar, TriangleOf};
+
+    /// Compares the order of two planes whose values of t differ by up to `apart` with integers.
+    fn bounds_know_the_order<S: Scalar>(apart: f64) -> [u32; 2] {
+        let (mut random, mut counts) = (random(), [0; 2]);
+        for i in 0..20_000 {
+            let mut vec3 = || [0; 3].map(|_| random());
+            let (origin, dir) = (vec3(), vec3());
+            // The ray meets both triangles inside, at the same t but for a small distance.
+            let mut through = |t: f64| {
+                let [a, b] = [vec3(), vec3()];
+                let at = |p: &[f64; 3], k: usize| S::nearest(origin[k] + t * dir[k] + p[k]);
+                let c = [0, 1, 2].map(|k| -a[k] - b[k]);
+                TriangleOf([a, b, c].map(|p| [0, 1, 2].map(|k| at(&p, k))))
+            };
+            let (one, other) = (through(1.0), through(1.0 + apart * f64::from(i % 8)));
+            let [origin, dir] = [origin, dir].map(|v| v.map(S::nearest));
+            let ray = RayOf { origin, t_min: S::ZERO, dir, t_max: S::INFINITY };
+            let truth = order_from(Tier::Narrow, &ray, &one, &other);
+            if let Some(order) = order_by_bounds(&ray, &one, &other) {
+                assert_eq!(order, truth, "{ray:?} {one:?} {other:?}");
+                assert_eq!(known_order(&ray, &one, &other), Some(order));
+                counts[usize::from(order == Ordering::Less)] += 1;
+            }
+        }
+        counts
+    }
+
+    #[test]
+    fn bounds_on_t_know_the_order() {
+        for (apart, least) in [(1e-13, 5000), (1e-15, 100)] {
+            let [_, less] = bounds_know_the_order::<f64>(apart);
+            assert!(less >= least, "{apart}: {less}");
+        }
+        let [more, less] = bounds_know_the_order::<f32>(1e-7);
+        assert!(more > 1000 && less > 5000, "{more} {less}");
+    }
 }

@@ -109,7 +109,8 @@ impl ClosestHit {
         } else if t_lo <= self.t_hi {
             if self.is_hit() {
                 // Coplanar walls are common, and their order can be determined without arithmetic.
-                let order = pairs.order_by_coordinates(lane, self.slot);
+                // Most of the others differ enough for f64.
+                let order = pairs.known_order(lane, self.slot);
                 self.offer_rival((t_lo, t_hi), order, new, lane, pairs);
             } else {
                 // The interval overlaps the far end of the ray, so the resolver must also check the
