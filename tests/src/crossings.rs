@@ -46,7 +46,9 @@ fn one_ray(
     want.sort_unstable_by_key(|(crossing, index)| (crossing.t, *index));
     let hits: Vec<Hit> = want.iter().map(|(crossing, i)| crossing.to_hit(ray, *i)).collect();
     let mut count = Crossings::default();
-    want.iter().for_each(|(crossing, _)| count.add(crossing.leaves));
+    for (crossing, _) in &want {
+        count.add(crossing.leaves);
+    }
 
     let found = (fixed.closest(all, ray), fixed.any(all, ray), fixed.all(all, ray));
     let expected = (hits.first().copied(), !hits.is_empty(), hits);

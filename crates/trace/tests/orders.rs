@@ -317,6 +317,61 @@ fn rays_toward_a_light_get_what_each_ray_gets_alone() {
     check("toward a light, few", &[&few[..], &rays[..], &shuffled(few.clone())].concat());
 }
 
+/// Tests rays from and toward a light, whose other ends are what a camera sees of a wavy sheet, row
+/// by row and in random order, with a few odd rays among them. They are sorted before they are
+/// traced, which takes many rays on one thread.
+#[test]
+fn rays_of_one_end_are_sorted_and_get_what_each_ray_gets_alone() {
+    let height = |x: usize, y: usize| 0.2 * (0.7 * x as f32).sin() * (0.5 * y as f32).cos();
+    let corner = |x: usize, y: usize| [x as f32 * 0.1, height(x, y), y as f32 * 0.1];
+    let squares = (0..40 * 40).map(|i| (i % 40, i / 40));
+    let triangles: Vec<Triangle> = squares
+        .flat_map(|(x, y)| {
+            let [a, b, c, d] =
+                [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)].map(|(x, y)| corner(x, y));
+            [Triangle([a, b, c]), Triangle([d, c, b])]
+        })
+        .collect();
+    let bvh = Bvh::new(&triangles).unwrap();
+    let light = [1.1, 3.0, -0.7];
+    let seen = |i: usize| {
+        let [x, y] = [i % 230, i / 230].map(|k| 0.1 + k as f32 / 62.0);
+        let from = Ray::new([x, 4.0, y], [0.0, -1.0, 0.0]);
+        Some(bvh.closest(&from)?.point(&from).map(|x| x as f32))
+    };
+    let points: Vec<[f32; 3]> = (0..230 * 230).filter_map(seen).collect();
+    assert!(points.len() > 40_000, "{}", points.len());
+    let way = |point: &[f32; 3]| [0, 1, 2].map(|k| point[k] - light[k]);
+    let from = |point: &[f32; 3]| Ray::new(light, way(point)).between(0.0, 1.5);
+    let toward = |point: &[f32; 3]| Ray::new(*point, way(point).map(|d| -d)).between(1e-4, 1.0);
+
+    let spoiled = |mut rays: Vec<Ray>| {
+        for (i, x) in [f32::NAN, f32::INFINITY, 0.0, f32::MAX, 1e-40].into_iter().enumerate() {
+            // These are not among the rays that are examined before sorting.
+            rays[3000 + 7 * i].dir = [x; 3];
+            rays[3100 + 7 * i].origin[i % 3] = x;
+            rays[3200 + 7 * i].t_max = x;
+        }
+        rays
+    };
+    let rows: [Vec<Ray>; 2] =
+        [points.iter().map(from).collect(), points.iter().map(toward).collect()];
+    for rays in rows.map(spoiled) {
+        for rays in [rays.clone(), shuffled(rays)] {
+            let mut alone = bvh.query();
+            let query = bvh.query().on_this_thread();
+            let (hits, any) = (query.closest_batch(&rays), query.any_batch(&rays));
+            let mut met = [0; 2];
+            for (i, ray) in rays.iter().enumerate() {
+                assert_eq!(hits[i].some(), alone.closest(ray), "ray {i}");
+                assert_eq!(any[i], alone.any(ray), "ray {i}");
+                met[usize::from(any[i])] += 1;
+            }
+            assert!(met[1] > 1000, "{met:?}");
+        }
+    }
+}
+
 /// Simulates a scanner on a vehicle: columns of 64 rays from a moving origin.
 #[test]
 fn rays_of_a_moving_origin_get_what_each_ray_gets_alone() {

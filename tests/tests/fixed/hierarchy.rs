@@ -1,11 +1,11 @@
 //! Tests that a hierarchy over grid triangles returns the same results as a plain loop over all
 //! triangles.
 
-use intertri::fixed::{Bits, Fixed, Grid, Triangle, blocks};
+use intertri::fixed::{Bits, Fixed, Grid, Ray as GridRay, Triangle, blocks};
 use intertri::simd::Level;
 use intertri::{Crossing, Crossings, Hit, Ray};
 
-use intertri_tests::grid_reference::{crossing, crossings};
+use intertri_tests::grid_reference::{self, crossing, crossings};
 
 use super::{GridBvh, Numbers, add, solids, sub};
 
@@ -32,6 +32,15 @@ pub(crate) fn scene(n: &mut Numbers) -> Vec<[[f32; 3]; 3]> {
         }
     }
     scene
+}
+
+/// Returns the crossings of a ray according to the scalar reference.
+fn expected(ray: &GridRay, triangles: &[Triangle]) -> Vec<Crossing> {
+    let crossing = |(crossing, index): (grid_reference::Crossing, u32)| Crossing {
+        hit: crossing.to_hit(ray, index),
+        leaves: crossing.leaves,
+    };
+    crossings(ray, triangles).into_iter().map(crossing).collect()
 }
 
 #[test]
@@ -88,13 +97,7 @@ fn the_hierarchy_answers_as_the_queries_over_all_triangles() {
         for (i, ray) in rays.iter().enumerate() {
             // Alternate between the levels, which must return the same results.
             let mode = &levels[i % levels.len()];
-            let want = crossings(ray, &triangles).into_iter();
-            let want: Vec<_> = want
-                .map(|(found, index)| Crossing {
-                    hit: found.to_hit(ray, index),
-                    leaves: found.leaves,
-                })
-                .collect();
+            let want = expected(ray, &triangles);
             let all: Vec<Hit> = want.iter().map(|crossing| crossing.hit).collect();
             let closest = all.first().copied();
             assert_eq!(mode.closest(&blocks, ray), closest, "{b} {ray:?}");

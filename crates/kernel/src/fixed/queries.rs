@@ -97,7 +97,9 @@ impl Fixed {
     /// Returns every hit, sorted by exact t and, for equal t, by index.
     pub fn all(&self, blocks: &Blocks, ray: &Ray) -> Vec<Hit> {
         let mut hits = blocks.all(self.mode(), ray.to_f32());
-        hits.iter_mut().for_each(|hit| *hit = of_caller(ray, *hit));
+        for hit in &mut hits {
+            *hit = of_caller(ray, *hit);
+        }
         hits
     }
 

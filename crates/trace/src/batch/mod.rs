@@ -1,12 +1,15 @@
 //! Traces many rays in chunks on all threads. Each chunk dispatches to the CPU's SIMD level once.
 //!
 //! ```text
-//!   closest_batch ──► runs ──► pieces over threads ──► trace_part ──► bundles, packets or streams
-//!                      │ rows of pixels                   ▲   │
-//!                      └──► bands over threads ──► gather ┘   └──► scatter
+//!   closest_batch ──► runs ──► pieces over threads ──────────► trace_part ──► bundles, packets or
+//!                      │             │ one origin or end         ▲   │        streams
+//!                      │             └──► sort by direction ──► gather └──► scatter
+//!                      │ rows of pixels                          ▲
+//!                      └──► bands over threads ──────────────────┘
 //! ```
 
 mod answer;
+mod apex;
 mod chunk;
 mod lists;
 pub(crate) mod rows;
@@ -27,6 +30,7 @@ use crate::selection::ActiveSelection;
 use crate::tree::Tree;
 use crate::util::threads;
 use crate::walk::BatchOutput;
+use apex::Sorter;
 use chunk::Chunk;
 use rows::{Run, runs};
 use tiles::Band;
@@ -69,7 +73,7 @@ impl<S: Backend> RayBatch<'_, S> {
         }
         add(pieces.into_iter(), |(band, (begin, answers))| match band {
             Some(band) => self.trace_band(band, begin, answers),
-            None => self.trace_part(begin..begin + answers.len(), A::output(answers)),
+            None => self.trace_others(begin, answers),
         })
     }
 
@@ -84,6 +88,31 @@ impl<S: Backend> RayBatch<'_, S> {
         } else {
             vec![Run { rays: 0..self.rays.len(), width: None }]
         }
+    }
+
+    /// Traces rays that are not pixels in rows on this thread, starting at ray `begin`. Rays with a
+    /// common origin or end are sorted if their order is not coherent.
+    fn trace_others<A: Answer>(&self, begin: usize, answers: &mut [A]) -> Counts {
+        let rays = &self.rays[begin..begin + answers.len()];
+        let in_bundles = A::IN_BUNDLES && self.selection.is_none();
+        let window = in_bundles.then(|| apex::window(rays, A::output(&mut []).any())).flatten();
+        let Some(window) = window else {
+            return self.trace_part(begin..begin + answers.len(), A::output(answers));
+        };
+        let (mut sorter, mut counts) = (Sorter::default(), Counts::default());
+        let (mut gathered, mut found) = (Vec::new(), Vec::new());
+        for (rays, answers) in rays.chunks(window).zip(answers.chunks_mut(window)) {
+            let order = sorter.sort(self.mode.level(), rays);
+            gathered.clear();
+            gathered.extend(order.iter().map(|&i| rays[usize::from(i)]));
+            found.resize(gathered.len(), A::MISS);
+            let batch = RayBatch { rays: &gathered, ..*self };
+            counts += batch.trace_part(0..gathered.len(), A::output(&mut found));
+            for (&i, &found) in order.iter().zip(&found) {
+                answers[usize::from(i)] = found;
+            }
+        }
+        counts
     }
 
     /// Traces rows of pixels on this thread, starting at ray `begin`.
