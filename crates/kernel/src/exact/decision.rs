@@ -68,8 +68,8 @@ pub(super) fn in_float<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &Triangl
     if miss {
         return InFloat::Miss;
     }
-    // On an edge, the closed rule accepts the hit. The *once* rule must compare the normals, which
-    // requires integers.
+    // On an edge, the closed rule accepts the hit. The *once* rule would need the signs of normals,
+    // which are not computed for a single pair.
     if inside || rule == Rule::Closed && closed {
         return InFloat::Hit(if leaves { Side::Leaves } else { Side::Enters }, t);
     }

@@ -7,7 +7,7 @@
 //!   T = A·(h4 × h5)        D = d·(h4 × h5)
 //! ```
 //!
-//! `docs/numerics/exact.md`, section 3, has the bounds and the proof.
+//! `docs/numerics/exact.md`, sections 3 and 4, has the bounds and the proof.
 
 use core::cmp::Ordering;
 

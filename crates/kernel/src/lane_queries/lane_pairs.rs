@@ -111,7 +111,7 @@ pub(crate) trait LanePairs {
     }
 
     /// Returns which of two triangles, the lane's own or the one in a slot, comes first on the
-    /// lane's ray, if that is known without computing t. If the ray misses one of the triangles,
+    /// lane's ray, if that is known without an exact t. If the ray misses one of the triangles,
     /// the result is meaningless.
     #[inline(always)]
     fn known_order(&self, lane: usize, slot: LeafSlot) -> Option<Ordering> {

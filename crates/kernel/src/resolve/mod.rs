@@ -231,9 +231,9 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Returns which of two triangles the ray hits first, if that is known without computing t:
-    /// because of their coordinates, or because the ray meets them where they touch. If the ray
-    /// misses one of the triangles, the result is meaningless.
+    /// Returns which of two triangles the ray hits first, if that is known without an exact t: because
+    /// of their coordinates, because the ray meets them where they touch, or because bounds on both
+    /// values of t do not overlap. If the ray misses one of the triangles, the result is meaningless.
     #[inline(always)]
     pub fn known_order(
         self,

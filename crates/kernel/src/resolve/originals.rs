@@ -45,7 +45,7 @@ pub trait Originals: fmt::Debug + Sync {
     /// Returns the triangle's plane relative to the ray's origin.
     fn plane(&self, ray: RayId, slot: LeafSlot) -> SeenPlane<f64>;
 
-    /// Returns which of two triangles the ray hits first, if that is known without computing t. If
+    /// Returns which of two triangles the ray hits first, if that is known without an exact t. If
     /// the ray misses one of the triangles, the result is meaningless.
     fn known_order(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> Option<Ordering>;
 

@@ -47,8 +47,8 @@ const ROUND: f32 = 12_582_912.0;
 const RUNS: usize = 8;
 const RUN: usize = 256;
 
-/// Rays are sorted if the directions of most runs cover an area that is more than this many times as
-/// large as that of the same number of rays in tiles.
+/// Rays are sorted if the directions of at least half of the runs cover an area that is more than this
+/// many times as large as that of the same number of rays in tiles.
 const SCATTERED: f32 = 8.0;
 
 /// The number of rays in a packet. If packets are more than [`WIDE`] times as wide as the runs to which
@@ -136,6 +136,7 @@ fn shares_origin<S: Scalar>(one: &RayOf<S>, other: &RayOf<S>) -> bool {
 /// Returns whether two rays end at about the same point, at t = 1 or at their far ends.
 fn shares_end<S: Scalar>(one: &RayOf<S>, other: &RayOf<S>) -> bool {
     let [ends, others] = [one, other].map(|ray| {
+        // A ray without a far end ends nowhere: its distance from itself is NaN.
         let t_max: f64 = ray.t_max.into();
         let tau = if t_max <= 1.0 { 1.0 } else { t_max };
         let [origin, dir] = [ray.origin, ray.dir].map(|v| v.map(Into::<f64>::into));
@@ -184,7 +185,7 @@ impl Sorter {
             begin = begin.wrapping_add(count);
         }
         order.resize(rays.len(), 0);
-        for (&cell, i) in cells.iter().zip(0..) {
+        for (&cell, i) in cells.iter().zip(0..=u16::MAX) {
             let place = &mut begins[usize::from(cell)];
             order[usize::from(*place)] = i;
             *place = place.wrapping_add(1);

@@ -106,7 +106,7 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         })
     }
 
-    /// Returns which of two triangles a ray hits first, if that is known without computing t.
+    /// Returns which of two triangles a ray hits first, if that is known without an exact t.
     #[inline(always)]
     fn known_order(&self, ray: usize, one: LeafSlot, other: LeafSlot) -> Option<Ordering> {
         let pair = || (self.rays[ray], [(self.find)(one), (self.find)(other)]);

@@ -99,6 +99,9 @@ impl<'a, 'b, S: Simd> Winding<'a, 'b, S> {
                 elsewhere &= !(1 << lane);
             }
         }
+        if elsewhere == 0 {
+            return;
+        }
         let [crossed, leaving] = resolver.crossings(elsewhere, pair);
         for lane in lanes_of(crossed) {
             self.settled[lane] = self.settled[lane].crossed(leaving >> lane & 1 != 0);
