@@ -93,8 +93,9 @@ pub fn crossing<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<S
 }
 
 /// Returns the order in which a ray meets two triangles, if no exact quotient is needed to determine
-/// it: their coordinates alone tell, the ray passes through a corner or edge that the triangles share,
-/// or bounds on both values of t do not overlap. The result is meaningless unless the ray hits both.
+/// it: their coordinates alone tell, bounds on both values of t do not overlap, or the ray passes
+/// through a corner or edge that the triangles share. The result is meaningless unless the ray hits
+/// both.
 pub fn known_order<S: Scalar>(
     ray: &RayOf<S>,
     one: &TriangleOf<S>,
@@ -102,8 +103,8 @@ pub fn known_order<S: Scalar>(
 ) -> Option<Ordering> {
     // Coplanar walls and floors are common, and a ray often meets two neighbours at a shared edge.
     order_by_coordinates(ray, one, other)
-        .or_else(|| shared_edge::is_met(ray, one, other).then_some(Ordering::Equal))
         .or_else(|| order_by_bounds(ray, one, other))
+        .or_else(|| shared_edge::is_met(ray, one, other).then_some(Ordering::Equal))
 }
 
 /// Returns the order in which a ray meets the planes of two triangles, if f64 and its error bounds
