@@ -135,9 +135,9 @@ impl WithSimd for CountCrossings<'_> {
                     let more = pairs.crossings(open);
                     (crossed, leaving) = (crossed | more[0], leaving | more[1]);
                 }
-                crossings.unsigned += u64::from(crossed.count_ones());
-                crossings.signed +=
-                    2 * i64::from(leaving.count_ones()) - i64::from(crossed.count_ones());
+                for lane in lanes_of(crossed) {
+                    crossings.add(leaving >> lane & 1 != 0);
+                }
                 Some(ray.t_max)
             },
         );

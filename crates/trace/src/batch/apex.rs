@@ -15,9 +15,11 @@
 //! The order does not affect the results.
 
 use intertri::simd::{Lanes, Level, Simd, Vec3, WithSimd};
-use intertri::{RayOf, Scalar};
+use intertri::{Ray, RayOf, Scalar, Threshold};
 
-/// The number of rays that are sorted together. They fit in the L2 cache.
+use crate::walk::bundle::{CommonEnd, shares_origin};
+
+/// The number of rays that are sorted together. Twice as many were slower for shadow rays in rows.
 const WINDOW: usize = 1 << 15;
 
 /// The number of rays that are sorted together if their order is random. The more there are, the
@@ -56,9 +58,6 @@ const SCATTERED: f32 = 8.0;
 const PACKET: usize = 16;
 const WIDE: f32 = 0.6;
 
-/// Two ends are the same if they differ by at most this fraction of the ray's length.
-const APART: f64 = 1e-4;
-
 /// The smallest box around directions that are projected onto the cube around the origin.
 #[derive(Clone, Copy)]
 struct Bounds {
@@ -91,13 +90,14 @@ pub(super) fn window<S: Scalar>(rays: &[RayOf<S>], ends: bool) -> Option<usize> 
     let count = rays.len();
     let rays = &rays[..count.min(WINDOW)];
     let [first, .., last] = rays else { return None };
-    let by_origin = shares_origin(first, last);
-    if count < FEWEST || !(by_origin || ends && shares_end(first, last)) {
+    let [first, last] = [first, last].map(in_f32);
+    let shares = |ray: &Ray| {
+        let three = [first, *ray, last];
+        shares_origin(&three) || ends && CommonEnd::of(&three, Threshold::DEFAULT).is_some()
+    };
+    if count < FEWEST || !shares(&first) {
         return None;
     }
-    let shares = |ray: &RayOf<S>| {
-        if by_origin { shares_origin(first, ray) } else { shares_end(first, ray) }
-    };
     let (mut all, mut areas) = (Bounds::NONE, [0.0; RUNS]);
     let [mut of_packets, mut of_runs] = [0.0; 2];
     let runs = rays.chunks(rays.len() / RUNS).map(|rays| &rays[..rays.len().min(RUN)]);
@@ -106,12 +106,12 @@ pub(super) fn window<S: Scalar>(rays: &[RayOf<S>], ends: bool) -> Option<usize> 
         // All rays of the first packet, and some of the others.
         let (packet, others) = run.split_at(PACKET);
         for (i, ray) in packet.iter().chain(others.iter().step_by(4)).enumerate() {
-            if !shares(ray) {
+            let ray = in_f32(ray);
+            if !shares(&ray) {
                 return None;
             }
-            let dir = ray.dir.map(|d| Into::<f64>::into(d) as f32);
-            bounds.add(dir);
-            all.add(dir);
+            bounds.add(ray.dir);
+            all.add(ray.dir);
             if i == PACKET - 1 {
                 of_packets += bounds.sizes()[0];
             }
@@ -129,25 +129,10 @@ pub(super) fn window<S: Scalar>(rays: &[RayOf<S>], ends: bool) -> Option<usize> 
     (area > SCATTERED * all.sizes()[1]).then_some(WINDOW)
 }
 
-fn shares_origin<S: Scalar>(one: &RayOf<S>, other: &RayOf<S>) -> bool {
-    one.origin == other.origin
-}
-
-/// Returns whether two rays end at about the same point, at t = 1 or at their far ends.
-fn shares_end<S: Scalar>(one: &RayOf<S>, other: &RayOf<S>) -> bool {
-    let [ends, others] = [one, other].map(|ray| {
-        // A ray without a far end ends nowhere: its distance from itself is NaN.
-        let t_max: f64 = ray.t_max.into();
-        let tau = if t_max <= 1.0 { 1.0 } else { t_max };
-        let [origin, dir] = [ray.origin, ray.dir].map(|v| v.map(Into::<f64>::into));
-        ([0, 1, 2].map(|k| origin[k] + tau * dir[k]), tau * longest(dir))
-    });
-    let apart = [0, 1, 2].map(|k| ends.0[k] - others.0[k]);
-    longest(apart) <= APART * ends.1.max(others.1)
-}
-
-fn longest([x, y, z]: [f64; 3]) -> f64 {
-    x.abs().max(y.abs()).max(z.abs())
+fn in_f32<S: Scalar>(ray: &RayOf<S>) -> Ray {
+    let narrow = |x: S| Into::<f64>::into(x) as f32;
+    let [origin, dir] = [ray.origin, ray.dir].map(|v| v.map(narrow));
+    Ray::new(origin, dir).between(narrow(ray.t_min), narrow(ray.t_max))
 }
 
 /// Sorts windows of rays. The memory is used again for each window.
@@ -364,6 +349,10 @@ mod tests {
 
         let [rows, tiles] = [reversed(&rows), reversed(&tiles)];
         assert_eq!([window(&rows, true), window(&tiles, true)], [Some(WINDOW), None]);
+        // Directions of any length, which end at a t below 1.
+        let long = |ray: &Ray| Ray::new(ray.origin, ray.dir.map(|d| 4.0 * d)).between(0.0, 0.25);
+        let long: Vec<Ray> = rows.iter().map(long).collect();
+        assert_eq!(window(&long, true), Some(WINDOW));
         // For closest hits, a common end is of no use.
         assert_eq!(window(&rows, false), None);
     }
