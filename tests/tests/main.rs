@@ -19,6 +19,7 @@ mod kernel;
 mod lookup;
 mod media;
 mod nearest;
+mod parallel;
 mod projection;
 mod properties;
 mod reversed_shadow;

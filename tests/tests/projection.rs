@@ -62,7 +62,7 @@ impl WithSimd for Compute<'_> {
         let points = frame.points(Vec3::<f32>::splat(ray.dir));
         let reach = [points.x.abs(), points.y.abs()];
         let frame = frame.passed_within(self.0.length_off(), reach);
-        if !points.on_screen() {
+        if !frame.on_screen(&points) {
             return None;
         }
         let block = TriangleBlock::<8>::new(&[triangle]);
@@ -190,7 +190,9 @@ impl WithSimd for Reached<'_> {
         let filter = Mode::certified().filter();
         let outline = filter.outlines_in::<S>(&block, None, &frame, points.z).lane(0);
         let window = Windows::<f32>::new([points.x, points.y], [points.x, points.y]);
-        points.on_screen().then(|| outline.near(&window) != 0 && outline.within(&window, 0.0) != 0)
+        frame
+            .on_screen(&points)
+            .then(|| outline.near(&window) != 0 && outline.within(&window, 0.0) != 0)
     }
 }
 

@@ -144,6 +144,36 @@ fn models_moved_and_turned() {
     }
 }
 
+/// Traces parallel rays, which form bundles of copies. In f32, neither their origins nor their
+/// direction are exact.
+#[test]
+fn parallel_rays_moved_and_turned() {
+    let mut rng = Rng::new(43);
+    for (i, moved) in [0.0, 1.0, 30.0, 1e3, 1e5, 0.0, 10.0, 1e7].into_iter().enumerate() {
+        let triangles = soup(150, [0.3, 0.03][i % 2], 1.0, moved, &mut rng);
+        for kind in 0..4 {
+            let [a, b, _] = rng.pick(&triangles).0;
+            let dir = match kind {
+                0 => [0, 1, 2].map(|k| b[k] - a[k]),
+                1 => [0.0, 0.0, -0.3],
+                _ => rng.direction(),
+            };
+            let mut parallel = |ray: Ray64| {
+                // Move each origin along the direction, through the target.
+                let target = [0, 1, 2].map(|k| ray.origin[k] + ray.dir[k]);
+                let back = [1.0, 0.5, 2.0][rng.below(3)] * if kind == 3 { 1.0 } else { rng.unit() };
+                let origin = [0, 1, 2].map(|k| target[k] - back * dir[k]);
+                let t_max = if kind % 2 == 0 { f64::INFINITY } else { ray.t_max };
+                Ray64 { origin, dir, t_max, ..ray }
+            };
+            let rays = rays(&triangles, 500, &mut Rng::new(44));
+            let rays: Vec<Ray64> = rays.into_iter().map(&mut parallel).collect();
+            let hit = check(&format!("moved by {moved:e}, {kind}"), &triangles, &rays);
+            assert!(hit > 100, "{moved:e}: {hit}");
+        }
+    }
+}
+
 /// Tests objects of sizes 1e-6 to 1e12 in one scene, scaled until the exponents reach their limits.
 #[test]
 fn extents_of_every_size() {

@@ -175,3 +175,34 @@ pub(super) const BESIDE: f32 = 16.0 * U;
 pub(super) const AWAY: f32 = 7.0 * U;
 /// [`AWAY`] for copies.
 pub(super) const COPY_AWAY: f32 = 16.0 * U;
+
+/// For parallel rays on a projection: the error of a point, relative to the distance of the origin from
+/// the frame's origin.
+pub(super) const PLACE: f32 = 6.0 * U;
+/// For parallel rays: the error of the depth at t is within `BEGIN away / |d|₂ + ALONG |depth|`.
+pub(super) const BEGIN: f32 = 8.0 * U;
+/// The coefficient of the depth in the error bound described at [`BEGIN`].
+pub(super) const ALONG: f32 = 6.0 * U;
+/// For parallel rays: the errors of an edge form's coefficients are within
+/// `EDGES_ALONG scale² h (|A|₁ + h + 2 away)`.
+pub(super) const EDGES_ALONG: f32 = 18.5 * U;
+/// [`EDGES_ALONG`] for copies.
+pub(super) const COPY_EDGES_ALONG: f32 = 23.0 * U;
+/// For parallel rays: the error of a form for depths is within `LOST_ALONG q (|A|₁ + 2 away) / |d|₂`,
+/// where q is `h² |d|₂ / |D|`. The value is 2^-47.
+pub(super) const LOST_ALONG: f32 = 1.0 / (1_u64 << 47) as f32;
+/// [`LOST_ALONG`] for copies, whose coordinates and depths also count.
+pub(super) const COPY_LOST_ALONG: f32 = 4.25 * U;
+/// For copies of parallel rays: the share of the frame's coordinates that counts in the bounds of
+/// edges and rectangles.
+pub(super) const COPY_APART: f32 = 0.25;
+/// For parallel rays: the sign of D is known if this times `h² |d|₂ / |D|` is below 1. The value is
+/// 2^-19.
+pub(super) const GRAZING_ALONG: f32 = 1.0 / (1 << 19) as f32;
+/// For parallel rays: the margin around a triangle is `ROOM_ALONG scale (|A|₁ + h + away)`.
+pub(super) const ROOM_ALONG: f32 = 8.0 * U;
+/// [`ROOM_ALONG`] for copies.
+pub(super) const COPY_ROOM_ALONG: f32 = 11.0 * U;
+/// The largest distance of a ray's point from the centre of the projection of parallel rays, in
+/// units of `1 / scale`.
+pub(super) const ACROSS: f32 = 0.75;

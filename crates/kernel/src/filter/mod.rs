@@ -196,10 +196,13 @@ impl Filter<'_> {
 
     /// Prepares a frame for bundles whose rays miss the origin by at most `off`. For copies of f64
     /// originals, `off` grows by the rounding error of the copies. `reach` is the largest distance
-    /// of the rays from the centre of the projection.
+    /// of the rays from the centre of the projection. Both are ignored for parallel rays.
     #[inline]
     pub fn frame(&self, frame: Frame, off: f32, reach: [f32; 2]) -> Frame {
         let frame = if self.room.copies { frame.of_copies() } else { frame };
+        if frame.parallel_rays().is_some() {
+            return frame;
+        }
         let off = off + self.room.passed(frame.origin());
         if off > 0.0 { frame.passed_within(off, reach) } else { frame }
     }

@@ -12,7 +12,8 @@ use crate::util::stop;
 use crate::walk::BatchOutput;
 use crate::walk::beam::Beams;
 use crate::walk::bundle::{
-    Bundle, BundleRays, CommonEnd, Outcome, Projection, RAYS, Results, Scratch, shares_origin,
+    Bundle, BundleRays, Common, CommonEnd, Outcome, Projection, RAYS, Results, Scratch,
+    endless_direction, shares_origin,
 };
 use crate::walk::packet::Packets;
 use crate::walk::stream::Stream;
@@ -123,8 +124,8 @@ impl WithSimd for TraceChunk<'_, '_> {
             let [forward, reversed] = patience.each_ref().map(|patience| !patience.is_waiting());
             let allowed = [bundles && forward, bundles && any && reversed];
             patience.iter_mut().for_each(Patience::pass);
-            let bundle = bundle_of((rays, next, RayId(at as u32)), filter, allowed);
-            let is_reversed = bundle.as_ref().is_some_and(|rays| rays.reversed.is_some());
+            let bundle = bundle_of((rays, next, RayId(at as u32)), filter, any, allowed);
+            let [is_reversed, has_origin] = kind_of(bundle.as_ref());
             let mut outcome = match bundle {
                 None => Outcome::NotCoherent,
                 Some(rays) => S::vectorize(
@@ -138,7 +139,7 @@ impl WithSimd for TraceChunk<'_, '_> {
             if is_reversed || matches!(outcome, Outcome::Traced { .. }) {
                 patience[usize::from(is_reversed)].tried(pays(&outcome, rays));
             }
-            let is_too_wide = is_reversed && matches!(outcome, Outcome::TooWide);
+            let is_too_wide = !has_origin && matches!(outcome, Outcome::TooWide);
             if is_too_wide || matches!(outcome, Outcome::NotCoherent) {
                 projection.has_outliers = false;
                 outcome = S::vectorize(
@@ -210,16 +211,31 @@ fn write_bundle<S: Simd>(
 fn bundle_of<'a>(
     (rays, next, first): (&'a [Ray], &'a [Ray], RayId),
     filter: Filter<'_>,
+    any: bool,
     [bundles, reversible]: [bool; 2],
 ) -> Option<BundleRays<'a>> {
+    let bundle = |common| Some(BundleRays { rays, first, next, common });
     if bundles && shares_origin(rays) {
-        return Some(BundleRays { rays, first, next, reversed: None });
+        return bundle(Common::Origin);
+    }
+    // The document's modes would need other bounds for parallel rays.
+    if bundles
+        && filter.resolver().hits_lie_on_triangles()
+        && let Some(is_endless) = endless_direction(rays)
+    {
+        return bundle(Common::Direction { reversed: any && is_endless });
     }
     if !reversible {
         return None;
     }
-    let reversed = CommonEnd::of(rays, filter.threshold());
-    reversed.is_some().then_some(BundleRays { rays, first, next, reversed })
+    CommonEnd::of(rays, filter.threshold()).and_then(|end| bundle(Common::End(end)))
+}
+
+/// Returns whether a bundle has a common end, and whether it has a common origin.
+#[inline(always)]
+fn kind_of(bundle: Option<&BundleRays<'_>>) -> [bool; 2] {
+    let common = bundle.map(|rays| rays.common);
+    [matches!(common, Some(Common::End(_))), matches!(common, Some(Common::Origin))]
 }
 
 /// Returns whether a bundle was worth its cost: at least half of its rays were traced, and tracing

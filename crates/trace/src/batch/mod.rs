@@ -13,6 +13,7 @@ mod apex;
 mod chunk;
 mod lists;
 pub(crate) mod rows;
+mod sorter;
 pub(crate) mod tiles;
 
 pub(crate) use answer::Answer;
@@ -30,9 +31,10 @@ use crate::selection::ActiveSelection;
 use crate::tree::Tree;
 use crate::util::threads;
 use crate::walk::BatchOutput;
-use apex::Sorter;
+use apex::Sorting;
 use chunk::Chunk;
 use rows::{Run, runs};
+use sorter::Sorter;
 use tiles::Band;
 
 /// The minimum number of rays that a thread takes at a time.
@@ -95,14 +97,14 @@ impl<S: Backend> RayBatch<'_, S> {
     fn trace_others<A: Answer>(&self, begin: usize, answers: &mut [A]) -> Counts {
         let rays = &self.rays[begin..begin + answers.len()];
         let in_bundles = A::IN_BUNDLES && self.selection.is_none();
-        let window = in_bundles.then(|| apex::window(rays, A::output(&mut []).any())).flatten();
-        let Some(window) = window else {
+        let sorting = in_bundles.then(|| apex::sorting(rays, A::output(&mut []).any())).flatten();
+        let Some(Sorting { common, window }) = sorting else {
             return self.trace_part(begin..begin + answers.len(), A::output(answers));
         };
         let (mut sorter, mut counts) = (Sorter::default(), Counts::default());
         let (mut gathered, mut found) = (Vec::new(), Vec::new());
         for (rays, answers) in rays.chunks(window).zip(answers.chunks_mut(window)) {
-            let order = sorter.sort(self.mode.level(), rays);
+            let order = sorter.sort(self.mode.level(), (common, rays));
             gathered.clear();
             gathered.extend(order.iter().map(|&i| rays[usize::from(i)]));
             found.resize(gathered.len(), A::MISS);

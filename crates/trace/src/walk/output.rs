@@ -2,7 +2,7 @@
 //! all hits.
 
 use intertri::internal::{Resolver, prefetch};
-use intertri::{ClosestHit, Crossings, Hit, Hit32, LeafSlot, Ray, RayId, TriangleId};
+use intertri::{Crossings, Hit, Hit32, LeafSlot, Ray, RayId, TriangleId};
 
 use super::HitPairs;
 use crate::containment::Containment;
@@ -71,29 +71,28 @@ impl BatchOutput<'_> {
     /// Writes the result of a ray, unless t and the weights must still be computed for it. Returns
     /// whether it was written.
     #[inline(always)]
-    pub(crate) fn write(&mut self, ray: usize, closest: &ClosestHit) -> bool {
+    pub(crate) fn write(&mut self, ray: usize, hit: Option<(TriangleId, LeafSlot)>) -> bool {
         match self {
             Self::Hits(hits) => {
                 // t, u, and v are not known yet: they are computed eight hits at a time.
-                if closest.is_hit() {
+                if hit.is_some() {
                     return false;
                 }
                 hits[ray] = Hit::MISS;
             }
             Self::Hits32(hits) => {
-                if closest.is_hit() {
+                if hit.is_some() {
                     return false;
                 }
                 hits[ray] = Hit32::MISS;
             }
             Self::Triangles(triangles) => {
-                let position =
-                    closest.triangle().map_or(TriangleId::NONE, |(position, _)| position);
+                let position = hit.map_or(TriangleId::NONE, |(position, _)| position);
                 // For now, store the position among the triangles of all meshes. `rename` later
                 // converts it to a geometry and an index.
                 triangles[ray] = MeshTriangle { triangle: position.0, geometry: 0 };
             }
-            Self::Any(any) => any[ray] = closest.is_hit(),
+            Self::Any(any) => any[ray] = hit.is_some(),
             Self::Pairs(_) | Self::Crossings(_) | Self::Containments(_) => (),
         }
         true

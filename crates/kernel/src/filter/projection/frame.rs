@@ -1,4 +1,4 @@
-//! The frame onto which rays from one origin are projected, and the projected points.
+//! The frame onto which rays of one apex are projected, and the projected points.
 
 use super::super::bound;
 use crate::simd::Lanes;
@@ -32,6 +32,61 @@ pub struct Frame {
     pub(super) reach: [f32; 2],
     /// The coefficients of the error bounds.
     pub(super) shares: Shares,
+    /// The limits of the rays, if they are parallel.
+    pub(super) parallel: Option<Parallel>,
+}
+
+/// Limits of parallel rays that are projected along their direction (projection.md, section 7).
+#[derive(Clone, Copy, Debug)]
+pub struct Parallel {
+    /// The length of the direction.
+    pub length: f32,
+    /// The number of units of x and y per unit of length.
+    pub scale: f32,
+    /// The largest distance of an origin from the frame's origin.
+    pub away: f32,
+    /// The sign of the depth of the rays' direction: -1 if they are traced backward.
+    pub forward: f32,
+}
+
+/// The point through which the lines of all rays pass.
+#[derive(Clone, Copy, Debug)]
+pub enum Apex {
+    /// A point of space.
+    Finite,
+    /// A point at infinity: the rays are parallel. `off` bounds the error of the depths at which they
+    /// start.
+    AtInfinity {
+        /// The bound, in units of t.
+        off: f32,
+    },
+}
+
+impl Apex {
+    /// Returns lower and upper bounds on the inverse depth at t of a ray with the given z. If the
+    /// apex is at infinity, depths are measured in units of t, and the inverse depth stands for the
+    /// negative depth: as in the other case, the larger it is, the nearer the point.
+    #[inline(always)]
+    pub(super) fn inverse<F: Lanes<Scalar = f32>>(self, z: F, t: F) -> (F, F) {
+        match self {
+            Self::Finite => {
+                let least = F::splat(bound::SHORTEST_T);
+                // The rounding error of a subnormal product exceeds `INVERSE`, so a tiny t counts as
+                // unknown.
+                let s = F::splat(1.0) / (t.max(least) * z);
+                let s_hi = s * F::splat(1.0 + bound::INVERSE);
+                let s_hi = F::select(t.lt(least), F::splat(f32::INFINITY), s_hi);
+                (s * F::splat(1.0 - bound::INVERSE), s_hi)
+            }
+            Self::AtInfinity { off } => {
+                let s = -(z + t);
+                // An infinite t has an infinite depth, without an error.
+                let size = s.abs().min(F::splat(f32::MAX));
+                let err = size.mul_add(F::splat(bound::ALONG), F::splat(off));
+                (s - err, s + err)
+            }
+        }
+    }
 }
 
 /// The coefficients of the error bounds that differ between f32 scenes and copies of f64 scenes.
@@ -51,6 +106,19 @@ pub(super) struct Shares {
     pub(super) slant: f32,
     /// For copies, `COPY`, the displacement of a corner relative to its distance; otherwise 0.
     pub(super) copy: f32,
+    /// The coefficients for parallel rays.
+    pub(super) along: SharesAlong,
+}
+
+/// The coefficients of the error bounds for parallel rays.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SharesAlong {
+    /// The constant `EDGES_ALONG`, or `COPY_EDGES_ALONG` for copies.
+    pub(super) edges: f32,
+    /// The constant `LOST_ALONG`, or `COPY_LOST_ALONG` for copies.
+    pub(super) lost: f32,
+    /// The constant `ROOM_ALONG`, or `COPY_ROOM_ALONG` for copies.
+    pub(super) room: f32,
 }
 
 impl Shares {
@@ -63,6 +131,11 @@ impl Shares {
         depth: 0.0,
         slant: 0.0,
         copy: 0.0,
+        along: SharesAlong {
+            edges: bound::EDGES_ALONG,
+            lost: bound::LOST_ALONG,
+            room: bound::ROOM_ALONG,
+        },
     };
 
     /// The coefficients for copies of f64 scenes.
@@ -74,6 +147,11 @@ impl Shares {
         depth: bound::COPY_DEPTH,
         slant: bound::COPY_SLANT,
         copy: bound::COPY,
+        along: SharesAlong {
+            edges: bound::COPY_EDGES_ALONG,
+            lost: bound::COPY_LOST_ALONG,
+            room: bound::COPY_ROOM_ALONG,
+        },
     };
 }
 
@@ -87,7 +165,63 @@ impl Frame {
         let size = a.dot(dual[0]);
         let dual = dual.map(|axis| [axis.x / size, axis.y / size, axis.z / size]);
         let (off, reach, shares) = (0.0, [0.0; 2], Shares::PLAIN);
-        Self { origin, depth, right, up, dual, off, reach, shares }
+        Self { origin, depth, right, up, dual, off, reach, shares, parallel: None }
+    }
+
+    /// Creates a frame for rays with the direction `dir`, whose hits are exact. Points within
+    /// `1 / (2 scale)` of the frame's origin along `right`, and across it, are on the projection.
+    /// `deep` limits the depths at which rays start. `right` must be perpendicular to `dir`, up to
+    /// rounding. If `forward` is -1 instead of 1, rays are traced backward, from infinity to their
+    /// origins: the direction and every t change their signs. `docs/numerics/projection.md`, section 7, has the limits of these numbers.
+    ///
+    /// ```
+    /// use intertri::internal::Frame;
+    /// use intertri::simd::Vec3;
+    /// let frame = Frame::parallel([0.0; 3], ([0.0, 0.0, 2.0], 1.0), [1.0, 0.0, 0.0], 0.25, 8.0);
+    /// let point = frame.origins(Vec3::<f32>::splat([1.0, -2.0, 3.0]));
+    /// // Along the direction, one unit of t is a distance of two.
+    /// assert_eq!((point.x, point.y, point.z), (0.25, -0.5, 1.5));
+    /// ```
+    pub fn parallel(
+        origin: [f32; 3],
+        (dir, forward): ([f32; 3], f32),
+        right: [f32; 3],
+        scale: f32,
+        deep: f32,
+    ) -> Self {
+        // In f64, the axes are perpendicular to the direction up to rounding that is negligible in
+        // f32. The dual of the depth axis is the direction itself.
+        let dir = dir.map(|x| forward * x);
+        let [d, right] = [dir, right].map(|v| Vec3::<f64>::splat(v.map(f64::from)));
+        let square = d.dot(d);
+        let right = right - d * (right.dot(d) / square);
+        let right = right * (1.0 / right.dot(right).sqrt());
+        let up = d.cross(right) * (1.0 / square.sqrt());
+        let (scale64, each) = (f64::from(scale), |v: Vec3<f64>| [v.x, v.y, v.z]);
+        let dual = [d, right * (1.0 / scale64), up * (1.0 / scale64)].map(each);
+        let axes = [d * (1.0 / square), right * scale64, up * scale64];
+        let [depth, right, up] = axes.map(|axis| each(axis).map(|x| x as f32));
+        let length = square.sqrt() as f32;
+        let away = bound::ACROSS / scale + deep * length;
+        let parallel = Some(Parallel { length, scale, away, forward });
+        let (off, reach, shares) = (0.0, [0.0; 2], Shares::PLAIN);
+        Self { origin, depth, right, up, dual, off, reach, shares, parallel }
+    }
+
+    /// Returns the apex of the frame's rays.
+    #[inline(always)]
+    pub fn apex(&self) -> Apex {
+        match self.parallel {
+            None => Apex::Finite,
+            Some(Parallel { away, length, .. }) => {
+                Apex::AtInfinity { off: bound::BEGIN * away / length }
+            }
+        }
+    }
+
+    /// Returns the limits of parallel rays.
+    pub fn parallel_rays(&self) -> Option<Parallel> {
+        self.parallel
     }
 
     /// Adapts the frame to rays that miss the origin by at most `off`. Each ray must be parallel to
@@ -156,15 +290,45 @@ impl Frame {
         let y = dir.dot_fused(Vec3::splat(self.up)) * recip;
         Points { x, y, z }
     }
+
+    /// Projects the origins of parallel rays to points. z is the depth at which a ray starts, in
+    /// units of t.
+    #[inline(always)]
+    pub fn origins<F: Lanes<Scalar = f32>>(&self, origin: Vec3<F>) -> Points<F> {
+        let from = origin - Vec3::splat(self.origin);
+        let at = |axis: [f32; 3]| from.dot_fused(Vec3::splat(axis));
+        Points { x: at(self.right), y: at(self.up), z: at(self.depth) }
+    }
+
+    /// Returns the lanes for which the bounds hold: the point is near enough to the centre of the
+    /// projection, and the direction is neither too long nor too short or, for parallel rays, the
+    /// origin is not too far away.
+    #[inline(always)]
+    pub fn on_screen<F: Lanes<Scalar = f32>>(&self, points: &Points<F>) -> F::Mask {
+        let edge = F::splat(bound::SCREEN_EDGE);
+        let across = points.x.abs().le(edge) & points.y.abs().le(edge);
+        match self.parallel {
+            None => {
+                across
+                    & points.z.ge(F::splat(bound::SHORTEST_DIR))
+                    & points.z.le(F::splat(bound::LARGEST))
+            }
+            Some(Parallel { length, scale, away, .. }) => {
+                let deep = (away - bound::ACROSS / scale) / length;
+                across & points.z.abs().le(F::splat(deep))
+            }
+        }
+    }
 }
 
 /// Rays as points on the projection.
 ///
 /// ```
-/// use intertri::internal::Points;
+/// use intertri::internal::{Frame, Points};
 /// // The error bounds hold near the centre of the projection.
-/// let point = |x| Points { x, y: 0.0, z: 1.0_f32 };
-/// assert!(point(0.2).on_screen() && !point(1e3).on_screen() && !point(f32::NAN).on_screen());
+/// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+/// let on_screen = |x| frame.on_screen(&Points { x, y: 0.0, z: 1.0_f32 });
+/// assert!(on_screen(0.2) && !on_screen(1e3) && !on_screen(f32::NAN));
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Points<F> {
@@ -172,33 +336,8 @@ pub struct Points<F> {
     pub x: F,
     /// The coordinate along the up axis.
     pub y: F,
-    /// The depth per unit of t.
+    /// The depth per unit of t or, for parallel rays, the depth at which the ray starts.
     pub z: F,
-}
-
-impl<F: Lanes<Scalar = f32>> Points<F> {
-    /// Returns the lanes for which the bounds hold: the point is near enough to the centre, and the
-    /// direction is neither too long nor too short.
-    #[inline(always)]
-    pub fn on_screen(&self) -> F::Mask {
-        let edge = F::splat(bound::SCREEN_EDGE);
-        self.x.abs().le(edge)
-            & self.y.abs().le(edge)
-            & self.z.ge(F::splat(bound::SHORTEST_DIR))
-            & self.z.le(F::splat(bound::LARGEST))
-    }
-
-    /// Returns lower and upper bounds on `1 / (t z)`.
-    #[inline(always)]
-    pub(super) fn inverse(&self, t: F) -> (F, F) {
-        let least = F::splat(bound::SHORTEST_T);
-        // The rounding error of a subnormal product exceeds `INVERSE`, so a tiny t counts as
-        // unknown.
-        let s = F::splat(1.0) / (t.max(least) * self.z);
-        let s_hi = s * F::splat(1.0 + bound::INVERSE);
-        let s_hi = F::select(t.lt(least), F::splat(f32::INFINITY), s_hi);
-        (s * F::splat(1.0 - bound::INVERSE), s_hi)
-    }
 }
 
 /// Evaluates a linear form at points on the projection.

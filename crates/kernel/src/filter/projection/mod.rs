@@ -18,7 +18,7 @@ mod settle;
 mod starts;
 mod windows;
 
-pub use frame::{Frame, Points};
+pub use frame::{Apex, Frame, Parallel, Points};
 pub use nearest::Nearest;
 pub use outline::{Outline, Outlines};
 pub use settle::Settle;

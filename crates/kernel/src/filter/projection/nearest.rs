@@ -1,6 +1,6 @@
 //! The nearest hits of rays from one origin, and the test that finds them.
 
-use super::frame::{Points, at};
+use super::frame::{Apex, Points, at};
 use super::outline::Outline;
 use super::settle::{Settle, Settled};
 use super::starts::Ranges;
@@ -34,13 +34,13 @@ use crate::{LeafSlot, Triangle};
 /// // A single ray. An f32 counts as one lane.
 /// let ray = Ray::new([0.0; 3], [0.05, 0.05, 1.0]);
 /// let points = frame.points(Vec3::<f32>::splat(ray.dir));
-/// let ranges = filter.starts_in(&Starts::none(), &points, [ray.t_min; 2], true).ranges();
-/// let mut nearest = Nearest::<f32, 1>::new(&points, ray.t_max);
+/// let ranges = filter.starts_in(&Starts::none(frame.apex()), &points, [ray.t_min; 2], true).ranges();
+/// let mut nearest = Nearest::<f32, 1>::new(frame.apex(), &points, ray.t_max);
 /// assert_eq!(nearest.triangles(), [Nearest::<f32, 1>::NOTHING]);
 /// let find = |LeafSlot(slot)| triangles[slot as usize];
 /// let (rays, resolver) = ([ray], filter.resolver());
-/// let settle =
-///     Settle { resolver, rays: &rays, first: RayId(0), find, index: |LeafSlot(slot)| slot, reversed: false };
+/// let (apex, index) = (frame.apex(), |LeafSlot(slot)| slot);
+/// let settle = Settle { resolver, apex, rays: &rays, first: RayId(0), find, index, reversed: false };
 /// for lane in 0..2 {
 ///     let outline = outlines.lane(lane);
 ///     assert!(nearest.maybe(&outline, &points, &ranges, 0b1));
@@ -93,8 +93,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
 
     /// Creates a record with no hits yet: any hit before `t_max` counts as nearer.
     #[inline(always)]
-    pub fn new(points: &Points<F>, t_max: F) -> Self {
-        let (s_lo, s_hi) = points.inverse(t_max);
+    pub fn new(apex: Apex, points: &Points<F>, t_max: F) -> Self {
+        let (s_lo, s_hi) = apex.inverse(points.z, t_max);
         // The far end of the interval stands in for a hit: hits must have a larger inverse depth.
         Self { s_lo, s_hi, triangle: F::splat(f32::from_bits(Self::NOTHING)), hits: 0 }
     }
@@ -199,7 +199,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let inside = weight.gt(F::splat(1.0))
             & s.gt(F::splat(outline.parallel))
             & s_hi.lt(ranges.near_lo)
-            & s_lo.gt(F::splat(0.0));
+            & s_lo.gt(F::splat(outline.horizon));
         let hit = (sure & maybe & inside).bits() & live;
         InverseDepths { hit, undecided: maybe.bits() & live & !hit, s_lo, s_hi }
     }
@@ -221,7 +221,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         // `self.s_lo` belongs to the nearest hit so far.
         let (s_lo, s_hi) = (s - err, s + err);
         let out_of_range = s_lo.gt(ranges.near_hi) | s_hi.lt(self.s_lo);
-        let mut maybe = !(sure & (outside | s.lt(F::splat(0.0)) | out_of_range));
+        let mut maybe = !(sure & (outside | s.lt(F::splat(outline.horizon)) | out_of_range));
         if outline.is_edge_on() {
             // Two weights of different signs mean a miss, even if the sign of D is unknown.
             maybe = maybe & !(outside & u.max(v).max(w).gt(F::splat(1.0)));
@@ -273,7 +273,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
             let other = is_hit.then(|| seen[numbers[lane].to_bits() as usize]);
 
             // Find bounds on the inverse depth.
-            let one = Points { x: 0.0, y: 0.0, z: z[lane] };
+            let inverse = |t| settle.apex.inverse(z[lane], t);
             let mut bounds = (new_lo[lane], new_hi[lane]);
             if !(sure && is_hit) {
                 match settle.settle(slot, ray, other) {
@@ -284,7 +284,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
                     }
                     Settled::Hit { .. } if sure => {}
                     Settled::Hit { t_lo, t_hi } => {
-                        bounds = (one.inverse(t_hi).0, one.inverse(t_lo).1);
+                        bounds = (inverse(t_hi).0, inverse(t_lo).1);
                     }
                 }
             }

@@ -1,9 +1,10 @@
 //! Projects triangles and finds the windows through which rays may hit them.
 
 mod lanes;
+mod parallel;
+mod point;
 
-use self::lanes::{around, halves, into, load, minus, sixteen, splat, three};
-use super::super::bound;
+use self::lanes::{load, sixteen, splat, three};
 use super::frame::{Frame, Points, at};
 use super::windows::Windows;
 use crate::packet::TriangleBlock;
@@ -60,6 +61,9 @@ pub struct Outlines {
     hi: [[f32; 16]; 2],
     /// The error bound by which the edge forms are divided.
     unit: [f32; 16],
+    /// The inverse depth of the plane at infinity: 0 or, for parallel rays, `-∞`. Hits have larger
+    /// inverse depths.
+    horizon: f32,
     /// The lanes that contain triangles.
     live: u32,
 }
@@ -107,6 +111,7 @@ pub struct Outline {
     pub(super) err: f32,
     pub(super) least: f32,
     pub(super) parallel: f32,
+    pub(super) horizon: f32,
     unit: f32,
     lo: [f32; 2],
     hi: [f32; 2],
@@ -127,36 +132,46 @@ impl Outlines {
         let live = first.live() | second.map_or(0, |block| block.live() << 8);
         // Without a second block, the first block fills both halves, and `live` masks the copies.
         let blocks = [first, second.unwrap_or(first)];
-        let planes = Planes::new::<S>(blocks, frame);
-        let corners = Corners::new::<S>(blocks, frame);
-        let sizes = Sizes::of(&planes, corners.a.norm1(), frame, parallel);
-        let [(left, right), (down, up)] = corners.rectangle(planes.turn, frame, exact);
-        let ([u, v, w], unit) = corners.edges(frame);
+        let Forms {
+            edges: [u, v, w],
+            unit,
+            turn,
+            sure,
+            s,
+            err,
+            least,
+            parallel,
+            rectangle,
+            horizon,
+        } = match &frame.parallel {
+            None => Forms::from_point::<S>(blocks, frame, parallel, exact),
+            Some(limits) => Forms::along::<S>(blocks, frame, limits),
+        };
 
         // Wherever a ray hits the triangle, T has the same sign as D.
-        let sure = planes.is_sure(corners.a.norm1(), sizes.size, frame);
         let nothing = S::F32x16::splat(f32::NAN);
         let one = S::F32x16::splat(1.0);
-        // If the sign of T is unknown, edges of different signs still prove a miss, provided that
-        // hits are on their triangles.
+        // If the sign is unknown, edges of different signs still prove a miss, provided that hits
+        // are on their triangles.
         let unturned = if exact { one / unit } else { nothing };
-        // One factor scales the edges to units of their bound and applies the sign of T. All three
-        // forms are then positive for a hit in front of the origin, whichever way the triangle
-        // faces.
-        let turn = S::F32x16::select(sure, (one / unit).flip(planes.turn), unturned);
-        let [inverse, along_x, along_y] = planes.s;
+        // One factor scales the edges to units of their bound and applies the sign. All three forms
+        // are then positive for a hit, whichever way the triangle faces.
+        let turn = S::F32x16::select(sure, (one / unit).flip(turn), unturned);
+        let [inverse, along_x, along_y] = s;
         let inverse = S::F32x16::select(sure, inverse, nothing);
+        let [(left, right), (down, up)] = rectangle;
         Self {
             u: three(u * turn),
             v: three(v * turn),
             w: three(w * turn),
             s: three(Vec3 { x: inverse, y: along_x, z: along_y }),
-            err: sixteen(sizes.err),
-            least: sixteen(sizes.least),
-            parallel: sixteen(sizes.parallel),
+            err: sixteen(err),
+            least: sixteen(least),
+            parallel: sixteen(parallel),
             lo: [sixteen(left), sixteen(down)],
             hi: [sixteen(right), sixteen(up)],
             unit: sixteen(unit),
+            horizon,
             live,
         }
     }
@@ -167,7 +182,8 @@ impl Outlines {
     pub fn within<F: Lanes<Scalar = f32>>(&self, window: &Windows<F>, nearest: f32) -> u32 {
         let lo = [F::load(&self.lo[0]), F::load(&self.lo[1])];
         let hi = [F::load(&self.hi[0]), F::load(&self.hi[1])];
-        let depths = Depths::new(window, load(&self.s), F::load(&self.err), F::load(&self.least));
+        let bounds = [F::load(&self.err), F::load(&self.least)];
+        let depths = Depths::new(window, load(&self.s), bounds, self.horizon);
         let edges = [load(&self.u), load(&self.v), load(&self.w)];
         let mut missed = depths.missed(F::splat(nearest)) | depths.plain & outside(window, edges);
         // s[0] is NaN if T is too small for its sign to be known.
@@ -208,6 +224,7 @@ impl Outlines {
             least: self.least[i],
             parallel: self.parallel[i],
             unit: self.unit[i],
+            horizon: self.horizon,
             lo: [self.lo[0][i], self.lo[1][i]],
             hi: [self.hi[0][i], self.hi[1][i]],
         }
@@ -260,8 +277,8 @@ impl Outline {
         let hi = [F::splat(self.hi[0]), F::splat(self.hi[1])];
         let reached = windows.reached(lo, hi);
 
-        let (err, least) = (F::splat(self.err), F::splat(self.least));
-        let depths = Depths::new(windows, splat(self.s), err, least);
+        let bounds = [F::splat(self.err), F::splat(self.least)];
+        let depths = Depths::new(windows, splat(self.s), bounds, self.horizon);
         let edges = [splat(self.u), splat(self.v), splat(self.w)];
         let missed = if self.is_edge_on() {
             apart(windows, edges)
@@ -286,9 +303,10 @@ struct Depths<F: Lanes> {
 
 impl<F: Lanes<Scalar = f32>> Depths<F> {
     #[inline(always)]
-    fn new(windows: &Windows<F>, s: [F; 3], err: F, least: F) -> Self {
-        let ((lo, hi), twice) = (windows.range(s), least + least);
-        Self { most: hi + (err + err), behind: hi.lt(-twice), plain: lo.gt(twice) }
+    fn new(windows: &Windows<F>, s: [F; 3], [err, least]: [F; 2], horizon: f32) -> Self {
+        let ((lo, hi), twice, horizon) = (windows.range(s), least + least, F::splat(horizon));
+        let (behind, plain) = (hi.lt(horizon - twice), lo.gt(horizon + twice));
+        Self { most: hi + (err + err), behind, plain }
     }
 
     /// Returns the lanes in which the plane is behind every ray or too far away.
@@ -314,174 +332,24 @@ fn apart<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3]) -
     outside(windows, [u, v, w]) & lowest.gt(F::splat(2.0))
 }
 
-/// The planes of sixteen triangles, computed in f64.
-struct Planes<F> {
-    /// The inverse depth, 1 / depth = D / T, as a form.
-    s: [F; 3],
-    /// `h^2 / |T|`
-    q: F,
-    /// The magnitude of N, with the sign of T.
+/// The forms of sixteen triangles and their error bounds, before they are scaled.
+struct Forms<F: Lanes> {
+    /// U, V, and W.
+    edges: [Vec3<F>; 3],
+    /// The error bound of the edges.
+    unit: F,
+    /// The sign of T or, for parallel rays, of D.
     turn: F,
-}
-
-impl<F: Lanes<Scalar = f32>> Planes<F> {
-    #[inline(always)]
-    fn new<S: Simd<F32x16 = F>>(blocks: [&TriangleBlock<8>; 2], frame: &Frame) -> Self {
-        let (mut s, mut q, mut normal) = ([[0.0; 16]; 3], [0.0; 16], [0.0; 16]);
-        for (half, block) in blocks.into_iter().enumerate() {
-            let [c1, c2, c3] = block.corners();
-            let c1 = Vec3::<S::F64x8>::load_f32(c1);
-            let (c2, c3) = (Vec3::load_f32(c2), Vec3::load_f32(c3));
-            // A block of copies contains a corner, `-h4`, and `h5`; `h5 × -h4` is `h4 × h5`.
-            let n = if frame.shares.copies {
-                c3.cross_fused(c2)
-            } else {
-                (c2 - c1).cross_fused(c3 - c1)
-            };
-            let [x, y, z] = frame.origin;
-            // Compute T and n in f64, because the inverse depth decides which of two triangles is
-            // nearer (projection.md, section 3).
-            let t = n.dot_fused(c1 - Vec3::splat([x.into(), y.into(), z.into()]));
-            let recip = S::F64x8::splat(1.0) / t;
-            // In the dual axes, N·(M d) equals n·d, although the frame's own axes are orthogonal
-            // only up to rounding.
-            let n = into(n, &frame.dual);
-            let to = 8 * half;
-            (n.x * recip).store_f32(&mut s[0][to..]);
-            (n.y * recip).store_f32(&mut s[1][to..]);
-            (n.z * recip).store_f32(&mut s[2][to..]);
-            let h = S::F64x8::load_f32(block.longest_edges());
-            (h * h * recip.abs()).store_f32(&mut q[to..]);
-            n.norm1().flip(t).store_f32(&mut normal[to..]);
-        }
-        Self { s: load(&s), q: F::load(&q), turn: F::load(&normal) }
-    }
-
-    /// Returns the lanes in which the sign of T is known, for triangles at a distance of `away`
-    /// from the origin.
-    #[inline(always)]
-    fn is_sure(&self, away: F, size: F, frame: &Frame) -> F::Mask {
-        // For rays that miss the origin, T changes by `|s|₁ off` relative to itself; for rays
-        // through it, `off` is 0.
-        let off = size * frame.off_at(away) * F::splat(bound::OFF_PLANE);
-        // The sign of T is known if its total error is less than T; 0.99 leaves a margin for the
-        // rounding of this sum.
-        (self.q * away).mul_add(F::splat(frame.shares.plane), off).lt(F::splat(0.99))
-    }
-}
-
-/// The error of the inverse depth, and the limits that follow from it.
-struct Sizes<F> {
-    size: F,
+    /// The lanes in which this sign is known.
+    sure: F::Mask,
+    /// The inverse depth.
+    s: [F; 3],
     err: F,
     least: F,
     parallel: F,
-}
-
-impl<F: Lanes<Scalar = f32>> Sizes<F> {
-    #[inline(always)]
-    fn of(Planes { s, q, .. }: &Planes<F>, away: F, frame: &Frame, parallel: f32) -> Self {
-        let (splat, q) = (F::splat, *q);
-        let size = s[0].abs() + s[1].abs() + s[2].abs();
-        let off = frame.off_at(away);
-        let [x, y] = frame.reach;
-        // The largest |s| on the part of the projection that rays reach. The errors of offset rays
-        // and copies depend only on the values of s there.
-        let most = s[2].abs().mul_add(splat(y), s[1].abs().mul_add(splat(x), s[0].abs()));
-        let share = most.mul_add(off * splat(bound::OFF_DEPTH), splat(bound::DEPTH));
-        // `DEPTH |s|₁ + LOST q`, plus `OFF_DEPTH off |s|₁ most` for rays that miss the origin
-        // (projection.md, sections 3 and 6).
-        let err = size.mul_add(share, q * splat(bound::LOST));
-        let shares = &frame.shares;
-        let err = if shares.copies {
-            let slant = (away * most).mul_add(splat(shares.slant), splat(shares.depth));
-            q.mul_add(slant, err)
-        } else {
-            err
-        };
-        // Below this, the ray grazes the plane, and the sign of D is unknown:
-        // `GRAZING LEAN q + SCREEN |s|₁`.
-        let least = size.mul_add(splat(shares.screen), q * splat(bound::GRAZING * bound::LEAN));
-        let parallel = size.mul_add(splat(parallel), least);
-        Self { size, err, least, parallel }
-    }
-}
-
-/// The corners and edges of sixteen triangles in the axes of a frame.
-struct Corners<F> {
-    a: Vec3<F>,
-    b: Vec3<F>,
-    c: Vec3<F>,
-    h4: Vec3<F>,
-    h5: Vec3<F>,
-    h6: Vec3<F>,
-    /// The longest edge.
-    h: F,
-}
-
-impl<F: Lanes<Scalar = f32>> Corners<F> {
-    #[inline(always)]
-    fn new<S: Simd<F32x16 = F>>(blocks: [&TriangleBlock<8>; 2], frame: &Frame) -> Self {
-        let ([a1, a2, a3], [b1, b2, b3]) = (blocks[0].corners(), blocks[1].corners());
-        let (c1, c2, c3) = (halves::<S>(a1, b1), halves::<S>(a2, b2), halves::<S>(a3, b3));
-        let h = S::halves(blocks[0].longest_edges(), blocks[1].longest_edges());
-        let axes = [frame.depth, frame.right, frame.up];
-        if frame.shares.copies {
-            // A block of copies contains a corner and the edges -h4 and h5.
-            let (a, minus_h4) = (into(c1 - Vec3::splat(frame.origin), &axes), into(c2, &axes));
-            let (h5, h6) = (into(c3, &axes), into(c3 + c2, &axes));
-            let (h4, b, c) = (minus(minus_h4), a - minus_h4, a + h5);
-            return Self { a, b, c, h4, h5, h6, h };
-        }
-        let (a, h4) = (into(c1 - Vec3::splat(frame.origin), &axes), into(c2 - c1, &axes));
-        let (h5, h6) = (into(c3 - c1, &axes), into(c3 - c2, &axes));
-        Self { a, b: a + h4, c: a + h5, h4, h5, h6, h }
-    }
-
-    /// Returns the bounding rectangles of triangles in front of the origin, widened by the errors
-    /// of the corners and of the reference.
-    #[inline(always)]
-    fn rectangle(&self, turn: F, frame: &Frame, exact: bool) -> [(F, F); 2] {
-        let (splat, &Self { a, b, c, h, .. }) = (F::splat, self);
-        let away = a.norm1();
-        //        ┌──────────────┐
-        //        │     ╱╲       │   The box around the projected corners, widened on all sides by `room`:
-        //        │   ╱    ╲     │   how far a hit may be outside its triangle, plus the error of the
-        //        │ ╱________╲   │   corners, divided by the least depth (projection.md, section 4).
-        //        └──────────────┘
-        let nearest = a.x.min(b.x).min(c.x);
-        let apart = splat(frame.distance() * bound::ROOM_AWAY);
-        let apart = frame.off_at(away).mul_add(splat(bound::OFF_ROOM), apart);
-        let room = h.mul_add(splat(bound::ROOM), away.mul_add(splat(bound::CORNER), apart));
-        // A corner that is behind the origin, or nearly so, may project to any point. Such a
-        // triangle has no bounding rectangle and is tested against every packet.
-        let mut known = nearest.gt(room * splat(8.0))
-            & nearest.gt(splat(bound::SHORTEST_DIR))
-            & away.lt(splat(bound::LARGEST));
-        if !exact {
-            // The reference may accept points outside a thin triangle.
-            known = known & (h * h).lt(turn.abs() * splat(bound::THIN));
-        }
-        let one = splat(1.0);
-        let (ra, rb, rc) = (one / a.x, one / b.x, one / c.x);
-        let room = room.mul_add(ra.max(rb).max(rc), splat(bound::ROOM_SCREEN));
-        let (x, y) = ([a.y * ra, b.y * rb, c.y * rc], [a.z * ra, b.z * rb, c.z * rc]);
-        [around(x, room, known), around(y, room, known)]
-    }
-
-    /// Returns the edges as forms, and the error bound on these forms.
-    #[inline(always)]
-    fn edges(&self, frame: &Frame) -> ([Vec3<F>; 3], F) {
-        let (splat, &Self { a, b, h4, h5, h6, h, .. }) = (F::splat, self);
-        // Each form is the normal of the plane through the origin and an edge. Its sign shows on
-        // which side of the edge a ray passes.
-        let (u, v, w) = (b.cross_fused(h6), h5.cross_fused(a), a.cross_fused(h4));
-        let form = u.norm1().max(v.norm1()).max(w.norm1());
-        let (away, apart) = (a.norm1(), splat(frame.distance() * bound::ORIGIN * bound::LEAN));
-        let apart = frame.off_at(away).mul_add(splat(bound::OFF_EDGE), apart);
-        let noise = (away + h).mul_add(splat(frame.shares.edges), apart);
-        ([u, v, w], form.mul_add(splat(frame.shares.screen), noise * h))
-    }
+    /// The smallest and largest x, and the smallest and largest y.
+    rectangle: [(F, F); 2],
+    horizon: f32,
 }
 
 #[cfg(all(test, feature = "std"))]

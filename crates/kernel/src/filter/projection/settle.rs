@@ -2,6 +2,7 @@
 
 use core::cmp::Ordering;
 
+use super::frame::Apex;
 use crate::exact::{PairDecision, f32_bounds};
 use crate::resolve::{Resolver, SharedOrigin};
 use crate::{LeafSlot, Ray, RayId, Triangle};
@@ -9,19 +10,21 @@ use crate::{LeafSlot, Ray, RayId, Triangle};
 /// Decides pairs of a bundle's rays and triangles with the mode's resolver.
 ///
 /// ```
-/// use intertri::internal::{Resolver, Settle};
+/// use intertri::internal::{Apex, Resolver, Settle};
 /// use intertri::{LeafSlot, Ray, RayId, Triangle};
 /// let triangles = [3.0, 5.0].map(|z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]));
 /// let rays = [Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0])];
 /// let (find, index) = (|LeafSlot(slot)| triangles[slot as usize], |LeafSlot(slot)| slot);
-/// let settle =
-///     Settle { resolver: Resolver::Document(0.0), rays: &rays, first: RayId(0), find, index, reversed: false };
+/// let (resolver, apex) = (Resolver::Document(0.0), Apex::Finite);
+/// let settle = Settle { resolver, apex, rays: &rays, first: RayId(0), find, index, reversed: false };
 /// assert!(settle.meets(LeafSlot(0), 0) && settle.meets(LeafSlot(1), 0));
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Settle<'a, T, I> {
     /// The mode's resolver.
     pub resolver: Resolver<'a>,
+    /// The apex of the bundle's rays.
+    pub apex: Apex,
     /// The bundle's rays.
     pub rays: &'a [Ray],
     /// The id of the first ray.
@@ -128,9 +131,23 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
             // For reversed rays, t is meaningless, and any-hit queries do not need an order.
             return false;
         }
+        if let Apex::AtInfinity { .. } = self.apex {
+            return self.is_before_alone(ray, one, other);
+        }
         let (id, ray) = (self.id(ray), &self.rays[ray]);
         let (one_seen, other_seen) = (self.seen(one, kept_one), self.seen(other, kept_other));
         let order = one_seen.order(other_seen, ray, id);
+        order.then((self.index)(one).cmp(&(self.index)(other))).is_lt()
+    }
+
+    /// Like [`Settle::is_before`], but for rays that do not share an origin.
+    #[cold]
+    #[inline(never)]
+    fn is_before_alone(&self, ray: usize, one: LeafSlot, other: LeafSlot) -> bool {
+        let order = self.known_order(ray, one, other).unwrap_or_else(|| {
+            let pair = [&(self.find)(one), &(self.find)(other)];
+            self.resolver.order(&self.rays[ray], pair, (self.id(ray), [one, other]))
+        });
         order.then((self.index)(one).cmp(&(self.index)(other))).is_lt()
     }
 

@@ -66,7 +66,7 @@ mod tests {
     use intertri::{Counts, Mode, Ray, Triangle};
 
     use crate::Bvh;
-    use crate::walk::bundle::{Bundle, BundleRays, Outcome, Projection, Results, Scratch};
+    use crate::walk::bundle::{Bundle, BundleRays, Common, Outcome, Projection, Results, Scratch};
 
     /// Finds the packets of a bundle that are left untraced, for a closest-hit or any-hit query.
     struct Left<'a>(&'a Bvh, &'a [Ray], bool);
@@ -76,7 +76,8 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self) -> Option<u64> {
             let Self(bvh, rays, any) = self;
-            let rays = BundleRays { rays, first: intertri::RayId(0), next: &[], reversed: None };
+            let rays =
+                BundleRays { rays, first: intertri::RayId(0), next: &[], common: Common::Origin };
             let projection = &mut Projection::<S>::empty();
             let scratch = (projection, &mut Scratch::default(), &mut Results::default());
             let counts = &mut Counts::default();
@@ -151,7 +152,8 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self) -> [usize; 2] {
             let Self(bvh, rays) = self;
-            let rays = BundleRays { rays, first: intertri::RayId(0), next: &[], reversed: None };
+            let rays =
+                BundleRays { rays, first: intertri::RayId(0), next: &[], common: Common::Origin };
             let projection = &mut Projection::<S>::empty();
             let scratch = (projection, &mut Scratch::default(), &mut Results::default());
             let (tree, filter) = (&bvh.tree, Mode::certified().filter());

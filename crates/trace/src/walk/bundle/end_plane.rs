@@ -8,7 +8,7 @@
 //!           ▌ floor  of a triangle.
 //! ```
 
-use intertri::internal::Frame;
+use intertri::internal::{Apex, Frame};
 use intertri::simd::{Lanes, Mask, Simd};
 
 use super::plane::CullingPlane;
@@ -19,6 +19,9 @@ use crate::util::lane_ops::{smallest, total};
 /// A bound on the rounding error of the form, relative to its coefficients: 20u.
 /// `docs/numerics/hierarchy.md`, section 5, derives it.
 const ROUNDING: f32 = 20.0 / (1 << 24) as f32;
+
+/// The error of the points of parallel rays: 6u.
+const PLACE: f32 = 6.0 / (1 << 24) as f32;
 
 /// A bound on the ratio of a ray's length to its depth, including the rounding of inverse depths.
 const LEAN: f32 = 1.25;
@@ -31,42 +34,53 @@ const LARGEST: f32 = (1_u64 << 40) as f32;
 
 /// A plane in front of which all rays end.
 pub(crate) struct EndPlane {
-    /// All rays end before the signed distance along this plane's normal exceeds 1.
     plane: CullingPlane,
+    /// All rays end before the signed distance along the plane's normal exceeds this value.
+    limit: f32,
 }
 
 impl EndPlane {
     /// Computes the end plane of a bundle's live rays.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(projection: &Projection<S>, margin: &Margin) -> Self {
-        let frame = &projection.frame;
-        let (form, least) = form(projection);
+        let (frame, (form, least)) = (&projection.frame, form(projection));
+        let away = frame.origin().iter().fold(0.0, |m: f32, x| m.max(x.abs()));
+        let Some(form) = form else {
+            let plane = CullingPlane::new([0.0; 3], frame, margin);
+            return Self { plane, limit: f32::INFINITY };
+        };
         let plane = CullingPlane::new(normal(frame, form), frame, margin);
 
-        // Hits are inside the scene and no farther away than the farthest end of a ray.
-        let away = frame.origin().iter().fold(0.0, |m: f32, x| m.max(x.abs()));
-        let distance = (LEAN / least).min(away + margin.reach);
-        Self { plane: plane.for_places_within(distance) }
+        // Hits are inside the scene and no farther away than the farthest end of a ray. Parallel rays
+        // may be traced from infinity.
+        let (limit, distance) = match frame.apex() {
+            Apex::Finite => (1.0, (LEAN / least).min(away + margin.reach)),
+            Apex::AtInfinity { .. } => (-form[0], 2.0 * (away + margin.reach)),
+        };
+        Self { plane: plane.for_places_within(distance, limit), limit }
     }
 
     /// Returns a mask of a node's boxes that are not beyond the plane.
     #[inline(always)]
     pub(crate) fn may_meet<F: Lanes<Scalar = f32>>(&self, node: &Node) -> F::Mask {
-        self.plane.of_boxes::<F>(node, true).le(F::splat(1.0 + self.plane.pad))
+        self.plane.of_boxes::<F>(node, true).le(F::splat(self.limit + self.plane.pad))
     }
 }
 
 /// Returns the normal of the plane with a given linear form on a frame's projection.
 fn normal(frame: &Frame, [one, x, y]: [f32; 3]) -> [f32; 3] {
     let (depth, [right, up]) = (frame.depth(), frame.across());
+    // The inverse depth is 1 over the distance along the depth axis or, for parallel rays, the
+    // negative of that distance.
+    let one = if let Apex::Finite = frame.apex() { one } else { 1.0 };
     [0, 1, 2].map(|k| one * depth[k] + x * right[k] + y * up[k])
 }
 
 /// Computes a linear form on the projection that is below the inverse depths at which all live rays
-/// end, and close to them if the rays end near a plane. If the values are too large, the form is 0,
-/// which is below all of them. Also returns the smallest of those inverse depths.
+/// end, and close to them if the rays end near a plane. If the values are too large, there is no form.
+/// Also returns the smallest of those inverse depths.
 #[inline(always)]
-fn form<S: Simd>(projection: &Projection<S>) -> ([f32; 3], f32) {
+fn form<S: Simd>(projection: &Projection<S>) -> (Option<[f32; 3]>, f32) {
     let splat = S::F32x16::splat;
     // Start with the slopes of a least-squares fit and lower the form until it is below the inverse
     // end depth of every ray. Any plane lowered in this way is correct; a good fit culls more
@@ -82,9 +96,12 @@ fn form<S: Simd>(projection: &Projection<S>) -> ([f32; 3], f32) {
     }
     let (least, ends) = (smallest::<S>(least), smallest::<S>(ends));
     let size = least.abs() + along_x.abs() + along_y.abs();
-    let is_known = size < LARGEST;
-    // A form of 0 corresponds to infinite depth and culls nothing.
-    let form = if is_known { [least - ROUNDING * size, along_x, along_y] } else { [0.0; 3] };
+    // The points of parallel rays are less exact.
+    let rounding = match projection.frame.parallel_rays() {
+        None => ROUNDING,
+        Some(rays) => ROUNDING + PLACE * rays.scale * rays.away,
+    };
+    let form = (size < LARGEST).then_some([least - rounding * size, along_x, along_y]);
     (form, ends)
 }
 
@@ -131,7 +148,7 @@ mod tests {
     use crate::util::prefetch::Prefetch;
     use crate::util::test_numbers::random;
     use crate::walk::bundle::projection::Projection;
-    use crate::walk::bundle::rays::BundleRays;
+    use crate::walk::bundle::rays::{BundleRays, Common};
 
     /// Computes the form for rays from one origin, and the axes of the frame: depth, right, and up.
     struct Form<'a>(&'a [Ray]);
@@ -141,13 +158,17 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self) -> Self::Output {
             let mut projection = Projection::<S>::empty();
-            let rays =
-                BundleRays { rays: self.0, first: intertri::RayId(0), next: &[], reversed: None };
+            let rays = BundleRays {
+                rays: self.0,
+                first: intertri::RayId(0),
+                next: &[],
+                common: Common::Origin,
+            };
             projection
                 .project(&Mode::certified().filter(), &rays, 10.0, &mut Prefetch::of(&[], 0))
                 .unwrap();
             let (depth, [right, up]) = (projection.frame.depth(), projection.frame.across());
-            (form(&projection).0, [depth, right, up])
+            (form(&projection).0.unwrap_or_default(), [depth, right, up])
         }
     }
 
@@ -204,15 +225,19 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self) -> f64 {
             let mut projection = Projection::<S>::empty();
-            let rays =
-                BundleRays { rays: self.0, first: intertri::RayId(0), next: &[], reversed: None };
+            let rays = BundleRays {
+                rays: self.0,
+                first: intertri::RayId(0),
+                next: &[],
+                common: Common::Origin,
+            };
             if projection
                 .project(&Mode::certified().filter(), &rays, 10.0, &mut Prefetch::of(&[], 0))
                 .is_none()
             {
                 return 0.0;
             }
-            let (form, _) = form(&projection);
+            let form = form(&projection).0.unwrap_or_default();
             let (normal, depth) = (normal(&projection.frame, form), projection.frame.depth());
             let room = f64::from(ROUNDING) * form.iter().map(|&x| f64::from(x.abs())).sum::<f64>();
             let mut used = 0.0_f64;

@@ -1,5 +1,5 @@
-//! Bundles of coherent rays: up to 1024 rays that share an origin or end at one point, traced
-//! together.
+//! Bundles of coherent rays: up to 1024 rays that share an origin, an end, or a direction, traced
+//! together. In other words, their lines pass through one point, which may be at infinity.
 //!
 //! Rays are projected onto a frame ([`projection`]), so intersection tests resemble those of a
 //! rasterizer. Nodes are culled against the frustum around all rays ([`culling`]), and triangles
@@ -21,7 +21,9 @@ mod reversed_shadow;
 mod traverse;
 
 pub(crate) use projection::{Projection, RAYS};
-pub(crate) use rays::{BundleRays, shares_origin};
+pub(crate) use rays::{
+    BundleRays, Common, endless_direction, half, shares_direction, shares_origin,
+};
 pub(crate) use results::Results;
 pub(crate) use reversed_shadow::CommonEnd;
 pub(crate) use traverse::{Bundle, Outcome, Scratch};

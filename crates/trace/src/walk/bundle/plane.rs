@@ -32,10 +32,21 @@ impl CullingPlane {
         }
     }
 
-    /// Adds a margin for comparing distances with 1. The margin covers the rounding errors for
+    /// Moves the plane by a signed distance along its normal, in units of the normal, for distances
+    /// whose error is larger by up to `pad`.
+    pub(crate) fn moved(self, by: f32, pad: f32) -> Self {
+        Self { at: self.at + by, pad: self.pad + pad, ..self }
+    }
+
+    /// Returns the sum of the magnitudes of the normal's components.
+    pub(crate) fn size(&self) -> f32 {
+        size(self.normal)
+    }
+
+    /// Adds a margin for comparing distances with `limit`. The margin covers the rounding errors for
     /// points that are at most `distance` away from the origin along each axis.
-    pub(crate) fn for_places_within(self, distance: f32) -> Self {
-        let pad = self.pad + PAD * (distance * size(self.normal) + 1.0);
+    pub(crate) fn for_places_within(self, distance: f32, limit: f32) -> Self {
+        let pad = self.pad + PAD * (distance * size(self.normal) + limit.abs());
         Self { pad, ..self }
     }
 

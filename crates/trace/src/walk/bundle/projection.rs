@@ -9,15 +9,14 @@
 //! ```
 
 use intertri::Filter;
-use intertri::internal::{Frame, Nearest, Points, Ranges, Starts, Windows};
+use intertri::internal::{Apex, Frame, Nearest, Points, Ranges, Starts, Windows};
 use intertri::simd::{Lanes, Mask, Simd, Vec3};
 use intertri::{Ray, Threshold};
 
-use super::principal_axis::Spread;
-use super::projection_frame;
-use super::rays::BundleRays;
+use super::projection_frame::frame;
+use super::rays::{BundleRays, Common, half};
 use super::reversed_shadow::Reversal;
-use crate::util::lane_ops::{fours, smallest, total};
+use crate::util::lane_ops::{fours, smallest};
 use crate::util::prefetch::Prefetch;
 
 /// The maximum number of rays in a bundle.
@@ -30,22 +29,12 @@ pub(crate) const PACKETS: usize = RAYS / 16;
 /// against all their windows at once.
 pub(crate) const GROUPS: usize = PACKETS / 16;
 
-/// The maximum number of rays to sample when choosing the frame.
-const SAMPLE: usize = 64;
-
 /// At most one in this many rays of a bundle may be an outlier.
 const OUTLIERS: usize = 2;
 
 /// If a triangle exceeds this fraction of a group's window along x or y, its edges are also tested
 /// against the windows of packets.
 const LARGE: f32 = 0.5;
-
-/// Returns the origin and `t_min` of a ray, or its direction and `t_max`.
-#[inline(always)]
-fn half(ray: &Ray, half: usize) -> &[f32; 4] {
-    let halves: &[[f32; 4]; 2] = bytemuck::cast_ref(ray);
-    &halves[half]
-}
 
 /// The rays of a bundle in lanes, as points of a projection, along with what they have hit so far.
 /// A projection is reused for many bundles, because creating it takes longer than tracing some
@@ -113,12 +102,12 @@ impl<S: Simd> Projection<S> {
         Self {
             frame: Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
             points: [points; PACKETS],
-            nearest: [Nearest::new(&points, zero); PACKETS],
+            nearest: [Nearest::new(Apex::Finite, &points, zero); PACKETS],
             rows: Rows { lo: [[sixteen; 2]; GROUPS], hi: [[sixteen; 2]; GROUPS] },
             groups: [group; GROUPS],
             used: 0,
             slowest: 0.0,
-            ranges: Starts::none().ranges(),
+            ranges: Starts::none(Apex::Finite).ranges(),
             live: [0; PACKETS],
             outliers: [0; PACKETS],
             has_outliers: false,
@@ -147,21 +136,23 @@ impl<S: Simd> Projection<S> {
 
         // For reversed rays, the threshold applies to the far ends.
         let (mut reversal, mut starts_by) = (None, *filter);
-        if let Some(end) = rays.reversed {
+        if let Common::End(end) = rays.common {
             reversal = Some(Reversal::<S::F32x16>::new(end, filter.is_of_copies()));
             starts_by = Filter::certified(Threshold::ZERO, S::LEVEL);
         }
 
-        // Pad the last packet with copies of the last ray.
         let (full, rest) = rays.rays.as_chunks::<16>();
-        let mut filled = [rays.rays[count - 1]; 16];
-        filled[..rest.len()].copy_from_slice(rest);
+        let filled = padded(rest, rays.rays[count - 1]);
 
-        // Camera rays have no far end: their smallest inverse depth is 0 and need not be computed
-        // for each packet.
-        let endless = rays.rays[0].t_max >= f32::INFINITY;
-        let (mut slowest, mut starts) = (S::F32x16::splat(f32::INFINITY), Starts::none());
-        let mut outliers = 0;
+        // Camera rays have no far end: their smallest inverse depth need not be computed for each
+        // packet.
+        let (apex, backward) = (self.frame.apex(), rays.common.is_reversed());
+        let is_endless = rays.rays[0].t_max >= f32::INFINITY;
+        let horizon = match apex {
+            Apex::Finite => is_endless.then_some(0.0),
+            Apex::AtInfinity { .. } => (is_endless && !backward).then_some(f32::NEG_INFINITY),
+        };
+        let (mut slowest, mut starts) = (S::F32x16::splat(f32::INFINITY), Starts::none(apex));
         for packet in 0..self.used {
             prefetch.lines(4);
 
@@ -172,30 +163,32 @@ impl<S: Simd> Projection<S> {
                 let (reversed, beyond) = reversal.reverse(columns);
                 (columns, sure) = (reversed, Some(beyond));
             }
-            let [[.., near], [x, y, z, far]] = columns;
-            let (met, on_screen) = self.place(packet, Vec3 { x, y, z });
-            outliers += self.outliers[packet].count_ones() as usize;
+            // The comparisons are false if either end is NaN, so the lane is then dead.
+            let [[.., near], [.., far]] = columns;
+            let alive = near.lt(far) & far.gt(S::F32x16::splat(0.0));
+            let (points, [near, far]) = self.points_of(columns, backward);
+            let (met, on_screen) = self.place(packet, points);
             slowest = slowest.min(met.z);
 
             // Nothing has been hit yet.
             let given = (1 << (count - 16 * packet).min(16)) - 1;
-            let asked = sixteen_bits::<S>(given) & on_screen;
-            // The comparisons are false if either end is NaN, so the lane is then dead.
-            let live = near.lt(far) & far.gt(S::F32x16::splat(0.0)) & asked;
+            let live = alive & sixteen_bits::<S>(given) & on_screen;
             self.live[packet] = live.bits();
             starts = starts_by.starts_in(&starts, &met, [near, sure.unwrap_or(near)], live);
-            let nearest = Nearest::new(&met, far);
+            let nearest = Nearest::new(apex, &met, far);
             self.nearest[packet] = nearest;
-            self.groups[packet / 16].least[packet % 16] =
-                if endless { 0.0 } else { least::<S>(&nearest, live.bits()) };
+            self.groups[packet / 16].least[packet % 16] = match horizon {
+                Some(horizon) => horizon,
+                None => least::<S>(&nearest, live.bits()),
+            };
         }
+        let outliers: u32 = self.outliers[..self.used].iter().map(|rays| rays.count_ones()).sum();
         self.has_outliers = outliers > 0;
         // If many rays miss the projection, a narrower bundle may work.
-        if outliers > count / OUTLIERS {
+        if outliers as usize > count / OUTLIERS {
             return None;
         }
-        // Round down to get a lower bound on z, with which a threshold is converted to an inverse
-        // depth.
+        // Round down. With this z, a threshold is converted to an inverse depth.
         self.slowest = smallest::<S>(slowest) * (1.0 - 1e-6);
         self.ranges = starts.ranges();
 
@@ -205,25 +198,38 @@ impl<S: Simd> Projection<S> {
         let (lo, hi) = self.ask(self.all());
 
         // Reversed rays and the f64 originals of copies may miss the origin.
-        let off = match &reversal {
-            Some(reversal) => reversal.off()?,
-            None => 0.0,
-        };
+        let off = if let Some(reversal) = &reversal { reversal.off()? } else { 0.0 };
         let most = [(-lo[0]).max(hi[0]), (-lo[1]).max(hi[1])];
         self.frame = filter.frame(self.frame, off, most);
         Some((lo, hi))
     }
 
-    /// Projects the directions of a packet. Also returns a mask of the rays that meet the
-    /// projection; the others are outliers.
+    /// Projects sixteen rays, given as lanes of origins with `t_min` and directions with `t_max`. Also
+    /// returns the ends of their intervals.
+    #[inline(always)]
+    fn points_of(
+        &self,
+        [[from_x, from_y, from_z, near], [x, y, z, far]]: [[S::F32x16; 4]; 2],
+        backward: bool,
+    ) -> (Points<S::F32x16>, [S::F32x16; 2]) {
+        if let Apex::Finite = self.frame.apex() {
+            return (self.frame.points(Vec3 { x, y, z }), [near, far]);
+        }
+        // Hits at a negative t do not count.
+        let near = near.max(S::F32x16::splat(0.0));
+        let ends = if backward { [-far, -near] } else { [near, far] };
+        (self.frame.origins(Vec3 { x: from_x, y: from_y, z: from_z }), ends)
+    }
+
+    /// Stores the points of a packet. Also returns a mask of the rays that meet the projection; the
+    /// others are outliers.
     #[inline(always)]
     fn place(
         &mut self,
         packet: usize,
-        dir: Vec3<S::F32x16>,
+        mut met: Points<S::F32x16>,
     ) -> (Points<S::F32x16>, <S::F32x16 as Lanes>::Mask) {
-        let mut met = self.frame.points(dir);
-        let on_screen = met.on_screen();
+        let on_screen = self.frame.on_screen(&met);
         let outliers = !on_screen.bits() & 0xffff;
         if outliers != 0 {
             // Give outliers the point of another ray, so that they do not widen their packet's
@@ -360,25 +366,12 @@ fn sixteen_bits<S: Simd>(bits: u32) -> <S::F32x16 as Lanes>::Mask {
     Mask::from_bits(bits)
 }
 
-/// Creates a frame that looks in the mean direction of a sample of the rays.
+/// Returns the rays of the last packet, followed by copies of the last ray.
 #[inline(always)]
-fn frame<S: Simd>(rays: &BundleRays<'_>, reach: f32) -> Option<Frame> {
-    let all = rays.rays;
-    let [first, second] = [all[0].dir, all[1].dir];
-    // A sample is enough to estimate the centre and spread: any frame gives correct results, and a
-    // good frame only makes tracing faster.
-    let (apart, mut sum) = (all.len().div_ceil(SAMPLE), [S::F32x16::splat(0.0); 3]);
-    let mut spread = Spread::about(first);
-    for begin in (0..all.len()).step_by(16 * apart) {
-        let some = |i: usize| half(&all[(begin + i * apart).min(all.len() - 1)], 1);
-        let [x, y, z, _] = S::columns(some);
-        sum = [sum[0] + x, sum[1] + y, sum[2] + z];
-        spread.add([x, y, z]);
-    }
-    let sign = if rays.reversed.is_some() { -1.0 } else { 1.0 };
-    let sum = [sign * total(sum[0]), sign * total(sum[1]), sign * total(sum[2])];
-    let step = [0, 1, 2].map(|k| second[k] - first[k]);
-    projection_frame::frame(rays.origin(), sum, step, &spread, reach)
+fn padded(rest: &[Ray], last: Ray) -> [Ray; 16] {
+    let mut filled = [last; 16];
+    filled[..rest.len()].copy_from_slice(rest);
+    filled
 }
 
 /// Transposes sixteen rays into columns: the origin and `t_min`, and the direction and `t_max`.

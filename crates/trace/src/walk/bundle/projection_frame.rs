@@ -1,9 +1,12 @@
 //! Chooses the frame onto which the rays of a bundle are projected.
 
+use intertri::Ray;
 use intertri::internal::Frame;
-use intertri::simd::Lanes;
+use intertri::simd::{Lanes, Simd, Vec3};
 
 use super::principal_axis::Spread;
+use super::rays::{BundleRays, Common, half};
+use crate::util::lane_ops::{smallest, total};
 
 /// The maximum magnitude of an origin's coordinate: 2^30.
 const LARGEST: f32 = (1 << 30) as f32;
@@ -11,11 +14,110 @@ const LARGEST: f32 = (1 << 30) as f32;
 /// The maximum magnitude of a scene coordinate: 2^80. No distance from a plane then overflows.
 const LARGEST_REACH: f32 = (1_u128 << 80) as f32;
 
+/// The maximum number of rays to sample when choosing the frame.
+const SAMPLE: usize = 64;
+
+/// For parallel rays: the largest distance of a sampled origin from the centre of the projection, of
+/// 0.5 that all origins may have.
+const SAMPLED: f32 = 0.4;
+
+/// For parallel rays: the largest depth of an origin, as a multiple of the sampled depths.
+const DEEPER: f32 = 2.0;
+
+/// Parallel rays are not projected if their origins are this many times as far apart along the rays as
+/// across (2^12): the points would not be known well enough.
+const SLANTED: f32 = (1 << 12) as f32;
+
+/// The same limit for the coordinates of the origins (2^18): boxes would be too wide.
+const FAR_OUT: f32 = (1 << 18) as f32;
+
+/// The largest extent of parallel rays, and the inverse of the smallest (2^30).
+const LARGEST_SPREAD: f32 = (1 << 30) as f32;
+
+/// Creates a frame for the rays of a bundle.
+#[inline(always)]
+pub(super) fn frame<S: Simd>(rays: &BundleRays<'_>, reach: f32) -> Option<Frame> {
+    let (all, common) = (rays.rays, rays.common);
+    let origin = match common {
+        Common::Origin => all[0].origin,
+        Common::End(end) => end.point,
+        Common::Direction { reversed } => return frame_along::<S>(all, reversed, reach),
+    };
+    let [first, second] = [all[0].dir, all[1].dir];
+    // A sample is enough to estimate the centre and spread: any frame gives correct results, and a
+    // good frame only makes tracing faster.
+    let (apart, mut sum) = (all.len().div_ceil(SAMPLE), [S::F32x16::splat(0.0); 3]);
+    let mut spread = Spread::about(first);
+    for begin in (0..all.len()).step_by(16 * apart) {
+        let some = |i: usize| half(&all[(begin + i * apart).min(all.len() - 1)], 1);
+        let [x, y, z, _] = S::columns(some);
+        sum = [sum[0] + x, sum[1] + y, sum[2] + z];
+        spread.add([x, y, z]);
+    }
+    let sign = if common.is_reversed() { -1.0 } else { 1.0 };
+    let sum = [sign * total(sum[0]), sign * total(sum[1]), sign * total(sum[2])];
+    let step = [0, 1, 2].map(|k| second[k] - first[k]);
+    toward(origin, sum, step, &spread, reach)
+}
+
+/// Creates a frame that looks along parallel rays or, if `backward` is set, against them. It has room
+/// for a sample of the rays, and for others that are a bit farther away.
+#[inline(always)]
+fn frame_along<S: Simd>(all: &[Ray], backward: bool, reach: f32) -> Option<Frame> {
+    let splat = S::F32x16::splat;
+    let apart = all.len().div_ceil(SAMPLE);
+    let begins = (0..all.len()).step_by(16 * apart);
+    let some = |begin: usize, i: usize| half(&all[(begin + i * apart).min(all.len() - 1)], 0);
+
+    // The box around the origins, and their spread.
+    let first = all[0].origin;
+    let (mut spread, mut lo, mut hi) =
+        (Spread::about(first), [splat(f32::INFINITY); 3], [splat(f32::NEG_INFINITY); 3]);
+    for begin in begins.clone() {
+        let [x, y, z, _] = S::columns(
+            #[inline(always)]
+            |i| some(begin, i),
+        );
+        spread.add([x, y, z]);
+        for (k, at) in [x, y, z].into_iter().enumerate() {
+            (lo[k], hi[k]) = (at.min(lo[k]), at.max(hi[k]));
+        }
+    }
+    let mut middle = [0.0; 3];
+    for k in 0..3 {
+        middle[k] = 0.5 * smallest::<S>(lo[k]) - 0.5 * smallest::<S>(-hi[k]);
+    }
+    let step = [0, 1, 2].map(|k| all[1].origin[k] - first[k]);
+    let (dir, forward) = (all[0].dir, if backward { -1.0 } else { 1.0 });
+    let [right, _] = axes_across(dir, middle, step, &spread, reach)?;
+
+    // The extent of the origins along these axes.
+    let unit = Frame::parallel(middle, (dir, forward), right, 1.0, 0.0);
+    let (mut across, mut deep) = (splat(0.0), splat(0.0));
+    for begin in begins {
+        let [x, y, z, _] = S::columns(
+            #[inline(always)]
+            |i| some(begin, i),
+        );
+        let at = unit.origins(Vec3 { x, y, z });
+        (across, deep) = (across.max(at.x.abs()).max(at.y.abs()), deep.max(at.z.abs()));
+    }
+    let [across, deep] = [-smallest::<S>(-across), -smallest::<S>(-deep)];
+    let length = unit.parallel_rays()?.length;
+    let away = middle.iter().fold(0.0, |most: f32, x| most.max(x.abs()));
+    let is_wide = across.max(deep * length) < LARGEST_SPREAD
+        && across > 1.0 / LARGEST_SPREAD
+        && SLANTED * across > deep * length
+        && FAR_OUT * across > away;
+    let deep = DEEPER * deep + across / length;
+    is_wide.then(|| Frame::parallel(middle, (dir, forward), right, SAMPLED / across, deep))
+}
+
 /// Creates a frame that looks along `sum`. One of its axes follows the direction in which the rays
 /// spread most or, if no direction stands out, `step`. Returns `None` if there is no direction, or
 /// if coordinates are too large.
 #[inline(always)]
-pub(crate) fn frame<F: Lanes<Scalar = f32>>(
+fn toward<F: Lanes<Scalar = f32>>(
     origin: [f32; 3],
     sum: [f32; 3],
     step: [f32; 3],
@@ -33,6 +135,29 @@ pub(crate) fn frame<F: Lanes<Scalar = f32>>(
         across = self::across(depth, axis)?;
     }
     Some(Frame::new(origin, depth, across[0], across[1]))
+}
+
+/// Chooses two axes perpendicular to the common direction `dir` of rays, as for [`toward`]: the origins
+/// spread most along one of them. Returns `None` if numbers are too large or too small.
+#[inline(always)]
+fn axes_across<F: Lanes<Scalar = f32>>(
+    dir: [f32; 3],
+    middle: [f32; 3],
+    step: [f32; 3],
+    spread: &Spread<F>,
+    reach: f32,
+) -> Option<[[f32; 3]; 2]> {
+    let size = dir.iter().fold(0.0, |most: f32, x| most.max(x.abs()));
+    let is_sane = reach < LARGEST_REACH
+        && middle.iter().all(|x| x.abs() < LARGEST)
+        && size < LARGEST
+        && size > 1.0 / LARGEST;
+    let depth = unit(dir).filter(|_| is_sane)?;
+    let across = across(depth, step)?;
+    match spread.principal_axis(across) {
+        Some(axis) => self::across(depth, axis),
+        None => Some(across),
+    }
 }
 
 /// Returns two orthogonal axes perpendicular to `depth`. The first is as close as possible to the

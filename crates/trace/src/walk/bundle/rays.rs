@@ -1,10 +1,10 @@
-//! The rays of a bundle: consecutive rays from one origin or toward one point.
+//! Tests whether rays share an origin, end at one point, or share a direction.
 
 use intertri::{Ray, RayId};
 
 use super::reversed_shadow::CommonEnd;
 
-/// Rays from one origin or toward one point.
+/// Rays whose lines pass through one point, which may be at infinity.
 #[derive(Clone, Copy)]
 pub(crate) struct BundleRays<'a> {
     pub(crate) rays: &'a [Ray],
@@ -12,44 +12,84 @@ pub(crate) struct BundleRays<'a> {
     pub(crate) first: RayId,
     /// The rays that follow in the batch.
     pub(crate) next: &'a [Ray],
-    /// The common end of the rays, if they are traced backward from there.
-    pub(crate) reversed: Option<CommonEnd>,
+    pub(crate) common: Common,
 }
 
-impl BundleRays<'_> {
-    /// Returns the point that all rays have in common.
+/// What the rays of a bundle have in common.
+#[derive(Clone, Copy)]
+pub(crate) enum Common {
+    Origin,
+    /// An end. The rays are traced backward from there.
+    End(CommonEnd),
+    /// A direction.
+    Direction {
+        /// Whether the rays are traced backward, from infinity to their origins.
+        reversed: bool,
+    },
+}
+
+impl Common {
+    /// Returns whether the rays are traced backward.
     #[inline(always)]
-    pub(crate) fn origin(&self) -> [f32; 3] {
-        self.reversed.map_or(self.rays[0].origin, |end| end.point)
+    pub(crate) fn is_reversed(self) -> bool {
+        match self {
+            Self::Origin => false,
+            Self::End(_) => true,
+            Self::Direction { reversed } => reversed,
+        }
     }
 }
 
 /// Returns whether all rays start at the same point, bit for bit.
 #[inline(always)]
 pub(crate) fn shares_origin(rays: &[Ray]) -> bool {
-    let [first, second, .., last] = rays else { return false };
-    let origin = bits(first);
+    shared(rays, 0).is_some()
+}
+
+/// Returns whether all rays have the same direction, bit for bit.
+#[inline(always)]
+pub(crate) fn shares_direction(rays: &[Ray]) -> bool {
+    shared(rays, 4).is_some()
+}
+
+/// If all rays have the same direction, returns whether none of them has a far end.
+#[inline(always)]
+pub(crate) fn endless_direction(rays: &[Ray]) -> Option<bool> {
+    shared(rays, 4).map(|is_same| is_same && rays[0].t_max == f32::INFINITY)
+}
+
+/// Checks whether the three components of all rays starting with `from` are the same. If so, returns
+/// whether the fourth is also the same.
+#[inline(always)]
+fn shared(rays: &[Ray], from: usize) -> Option<bool> {
+    let [first, second, .., last] = rays else { return None };
+    let first = bits(first);
     let mut other = [0; 4];
-    differ(origin, bits(second), &mut other);
-    differ(origin, bits(last), &mut other);
-    if other[..3] == [0; 3] {
+    let mut add = |ray: &Ray| {
+        let ray = bits(ray);
+        for k in 0..4 {
+            other[k] |= first[from + k] ^ ray[from + k];
+        }
+        other
+    };
+    add(second);
+    if add(last)[..3] == [0; 3] {
         for ray in rays {
-            differ(origin, bits(ray), &mut other);
+            add(ray);
         }
     }
-    other[..3] == [0; 3]
+    (other[..3] == [0; 3]).then_some(other[3] == 0)
+}
+
+/// Returns the origin and `t_min` of a ray, or its direction and `t_max`.
+#[inline(always)]
+pub(crate) fn half(ray: &Ray, half: usize) -> &[f32; 4] {
+    let halves: &[[f32; 4]; 2] = bytemuck::cast_ref(ray);
+    &halves[half]
 }
 
 /// Returns the bit patterns of a ray's components.
 #[inline(always)]
 fn bits(ray: &Ray) -> &[u32; 8] {
     bytemuck::cast_ref(ray)
-}
-
-/// Records the bits in which the first four components of two rays differ.
-#[inline(always)]
-fn differ(a: &[u32; 8], b: &[u32; 8], other: &mut [u32; 4]) {
-    for k in 0..4 {
-        other[k] |= a[k] ^ b[k];
-    }
 }

@@ -6,6 +6,7 @@ use intertri::simd::Simd;
 use intertri::{Hit, Hit32, LeafSlot, Ray, RayId, TriangleId, TriangleOf};
 
 use crate::tree::{MeshTriangle, Tree};
+use crate::walk::stream::Retired;
 use crate::walk::{BatchOutput, HitFormat, HitPairs};
 
 /// The value that marks a ray without a hit.
@@ -38,6 +39,8 @@ pub(crate) struct Results {
     /// Triangles, each with a packet and a mask of the packet's rays that hit it. Used only for
     /// all-hits queries; `seen` then contains only triangles that are hit.
     pub(super) every: Vec<PacketHits>,
+    /// Whether the rays share an origin.
+    pub(super) has_origin: bool,
     /// For each entry of `seen`, its triangle's index or its position in `hit`, plus one entry for
     /// rays without a hit.
     number: Vec<u32>,
@@ -76,7 +79,7 @@ impl Results {
         pairs: &mut HitPairs,
     ) {
         let hits: u32 = self.every.iter().map(|hits| hits.lanes.count_ones()).sum();
-        let is_shared = hits >= SHARED * self.seen.len() as u32;
+        let is_shared = self.has_origin && hits >= SHARED * self.seen.len() as u32;
         match resolver {
             Resolver::Document(_) if is_shared => {
                 let mut eights = std::mem::take(&mut self.coefficients);
@@ -174,6 +177,9 @@ impl Results {
             }
             BatchOutput::Pairs(_) | BatchOutput::Crossings(_) | BatchOutput::Containments(_) => (),
             BatchOutput::Triangles(triangles) => self.triangles(tree, triangles),
+            output if !self.has_origin => {
+                self.write_alone::<S>(tree, resolver, (rays, first), output);
+            }
             BatchOutput::Hits(hits) => {
                 self.distinct();
                 self.write_hits::<S>(tree, resolver, (rays, first), hits);
@@ -183,6 +189,25 @@ impl Results {
                 self.write_hits32::<S>(tree, resolver, (rays, first), hits);
             }
         }
+    }
+
+    /// Writes the hits of rays that do not share an origin, including t, u, and v.
+    #[inline(always)]
+    fn write_alone<S: Simd>(
+        &self,
+        tree: &Tree,
+        resolver: Resolver<'_>,
+        (rays, first): (&[Ray], RayId),
+        mut output: BatchOutput<'_>,
+    ) {
+        let mut retired = Retired::new(resolver, first);
+        for (i, (ray, &seen)) in rays.iter().zip(&self.found).enumerate() {
+            let slot = |seen: u32| self.seen[seen as usize];
+            let hit = (seen != NOTHING).then(|| (tree.index_of(slot(seen)), slot(seen)));
+            let id = RayId(first.0 + i as u32);
+            retired.retire::<S>(tree, ray, id, hit, &mut output);
+        }
+        retired.flush::<S>(&mut output);
     }
 
     /// Writes the hits, including t, u, and v.

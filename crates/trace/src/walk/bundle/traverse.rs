@@ -10,7 +10,7 @@
 //!                                  sixteen rays: two multiply-adds per edge
 //! ```
 
-use intertri::internal::Settle;
+use intertri::internal::{Apex, Settle};
 use intertri::simd::Simd;
 use intertri::{Counts, Filter, LeafSlot, Triangle};
 
@@ -21,7 +21,7 @@ use super::frustum::Frustum;
 use super::leaf_tests::{AT_ONCE, Leaves, ListedTests, PacketTest};
 use super::parts::{WIDTHS, WaitingParts, budget};
 use super::projection::{GROUPS, PACKETS, Projection, RAYS, least};
-use super::rays::BundleRays;
+use super::rays::{BundleRays, Common};
 use super::results::{NOTHING, PacketHits, Results};
 use crate::tree::{EMPTY, Tree};
 use crate::util::prefetch::Prefetch;
@@ -78,7 +78,8 @@ impl Bundle<'_> {
             return Outcome::TooWide;
         };
         let margin = tree.margin(filter.resolver());
-        let end_plane = if any { Some(EndPlane::new::<S>(projection, &margin)) } else { None };
+        let apex = projection.frame.apex();
+        let end_plane = any.then(|| EndPlane::new::<S>(projection, &margin));
         let frustum = Frustum::new(&projection.frame, window, &margin);
         let closest = !any && !self.every;
         let mut culling = Culling { frustum, end_plane: end_plane.as_ref(), closest };
@@ -87,6 +88,7 @@ impl Bundle<'_> {
         let Scratch { stack, leaves, split } = scratch;
         stack.clear();
         results.clear();
+        results.has_origin = matches!(rays.common, Common::Origin);
         let unboxed = tree.first_unboxed(filter.resolver());
         for root in [tree.thin_root_for(unboxed), 0] {
             if root != EMPTY {
@@ -101,8 +103,9 @@ impl Bundle<'_> {
         }
 
         let (find, index) = (|slot| tree.triangle_in(slot), |slot| tree.index_of(slot).0);
-        let (resolver, reversed) = (filter.resolver(), rays.reversed.is_some());
-        let settle = Settle { resolver, rays: rays.rays, first: rays.first, find, index, reversed };
+        let (resolver, reversed) = (filter.resolver(), rays.common.is_reversed());
+        let (first, rays) = (rays.first, rays.rays);
+        let settle = Settle { resolver, apex, rays, first, find, index, reversed };
         let (seen, every) = (&mut results.seen, &mut results.every);
         let mut tracing = Tracing {
             bundle: self,
@@ -119,7 +122,7 @@ impl Bundle<'_> {
         for nearest in &projection.nearest[..used] {
             results.found.extend_from_slice(&nearest.triangles());
         }
-        results.found.truncate(rays.rays.len());
+        results.found.truncate(rays.len());
         Outcome::Traced { left, work }
     }
 }
@@ -360,8 +363,14 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
     fn far(&mut self) -> f32 {
         // Compute the farthest depth at which any ray is still searching for a hit, with a margin
         // for the rounding of the inverse.
-        let depth = 1.0 / self.projection.least();
-        depth + depth * (1.0 / (1 << 18) as f32)
+        let (least, margin) = (self.projection.least(), 1.0 / (1 << 18) as f32);
+        match self.settle.apex {
+            Apex::Finite => {
+                let depth = 1.0 / least;
+                depth + depth * margin
+            }
+            Apex::AtInfinity { .. } => -least + least.abs() * margin,
+        }
     }
 }
 

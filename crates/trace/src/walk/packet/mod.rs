@@ -69,7 +69,7 @@ impl<'a> Packets<'a> {
         if !self.is_used {
             return Outcome::NotCoherent;
         }
-        let mut retired = Retired::new(self.filter.resolver());
+        let mut retired = Retired::new(self.filter.resolver(), RayId(0));
         let mut left = 0;
         for (i, rays) in rays.chunks(RAYS).enumerate() {
             stop::heed();
@@ -132,7 +132,7 @@ impl<'a> Packets<'a> {
             let closest = tests.closest.lanes();
             for (lane, (ray, closest)) in rays.iter().zip(&closest).enumerate() {
                 let id = RayId(first.0 + lane as u32);
-                retired.retire::<S>(tree, ray, id, closest, output);
+                retired.retire::<S>(tree, ray, id, closest.triangle(), output);
             }
         }
 

@@ -3,7 +3,7 @@
 
 use intertri::internal::{Pairs, Resolver};
 use intertri::simd::Simd;
-use intertri::{ClosestHit, LeafSlot, Ray, RayId};
+use intertri::{LeafSlot, Ray, RayId, TriangleId};
 
 use crate::tree::Tree;
 use crate::walk::BatchOutput;
@@ -11,6 +11,8 @@ use crate::walk::BatchOutput;
 /// The hits of finished rays whose t, u, and v have not been computed yet.
 pub(crate) struct Retired<'a> {
     resolver: Resolver<'a>,
+    /// The ID of the ray whose result is the first of the output.
+    first: RayId,
     pairs: Pairs,
     ids: [(RayId, LeafSlot); 8],
     len: usize,
@@ -18,8 +20,8 @@ pub(crate) struct Retired<'a> {
 
 impl<'a> Retired<'a> {
     /// Creates an empty collection.
-    pub(crate) fn new(resolver: Resolver<'a>) -> Self {
-        Self { resolver, pairs: Pairs::new(), ids: Default::default(), len: 0 }
+    pub(crate) fn new(resolver: Resolver<'a>, first: RayId) -> Self {
+        Self { resolver, first, pairs: Pairs::new(), ids: Default::default(), len: 0 }
     }
 
     /// Adds the closest hit of a finished ray.
@@ -29,15 +31,15 @@ impl<'a> Retired<'a> {
         tree: &Tree,
         ray: &Ray,
         id: RayId,
-        closest: &ClosestHit,
+        hit: Option<(TriangleId, LeafSlot)>,
         output: &mut BatchOutput<'_>,
     ) {
         // If the output does not store t, u, and v, or if the ray hits nothing, the result is
         // complete.
-        if output.write(id.0 as usize, closest) {
+        if output.write((id.0 - self.first.0) as usize, hit) {
             return;
         }
-        if let Some((index, slot)) = closest.triangle() {
+        if let Some((index, slot)) = hit {
             let triangle = tree.triangle_in(slot);
             self.pairs.set(self.len, ray, &triangle, index);
             self.ids[self.len] = (id, slot);
@@ -54,14 +56,14 @@ impl<'a> Retired<'a> {
     /// Computes and writes the hits collected so far.
     #[inline(always)]
     pub(crate) fn flush<S: Simd>(&mut self, output: &mut BatchOutput<'_>) {
-        let Self { resolver, ref pairs, ref ids, len } = *self;
+        let Self { resolver, first, ref pairs, ref ids, len } = *self;
         if len > 0 {
             match output {
                 BatchOutput::Hits(to) => {
-                    write(to, ids, &resolver.hits_in::<S>(pairs, ids, len)[..len]);
+                    write((to, first), ids, &resolver.hits_in::<S>(pairs, ids, len)[..len]);
                 }
                 BatchOutput::Hits32(to) => {
-                    write(to, ids, &resolver.hits32_in::<S>(pairs, ids, len)[..len]);
+                    write((to, first), ids, &resolver.hits32_in::<S>(pairs, ids, len)[..len]);
                 }
                 _ => (),
             }
@@ -72,8 +74,8 @@ impl<'a> Retired<'a> {
 
 /// Writes each hit to `to`, at the index of its ray.
 #[inline(always)]
-fn write<H: Copy>(to: &mut [H], ids: &[(RayId, LeafSlot)], hits: &[H]) {
+fn write<H: Copy>((to, first): (&mut [H], RayId), ids: &[(RayId, LeafSlot)], hits: &[H]) {
     for (hit, &(id, _)) in hits.iter().zip(ids) {
-        to[id.0 as usize] = *hit;
+        to[(id.0 - first.0) as usize] = *hit;
     }
 }

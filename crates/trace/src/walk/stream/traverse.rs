@@ -81,7 +81,7 @@ impl WithSimd for Stream<'_, '_> {
             stacks: Stack::for_rays(ACTIVE, tree),
             states: [RayState::default(); ACTIVE],
             at_leaves: [idle; ACTIVE],
-            retired: Retired::new(filter.resolver()),
+            retired: Retired::new(filter.resolver(), RayId(0)),
             prefetch: Prefetch::of(memory, ids.len()),
         };
         // Rays in the same octant enter every box through the same three sides, so the near sides
@@ -200,7 +200,7 @@ impl Active<'_, '_> {
                         continue;
                     }
                     let closest = self.alone(ray, id);
-                    self.retired.retire::<S>(tree, ray, id, &closest, self.output);
+                    self.retired.retire::<S>(tree, ray, id, closest.triangle(), self.output);
                     continue;
                 };
                 let (t_min, far, mut top) = (ray.t_min, ray.t_max, self.stacks.bottom(place));
@@ -320,7 +320,7 @@ impl Active<'_, '_> {
             let AtLeaves { ray, closest } = &self.at_leaves[place];
             let id = ray.id();
             let ray = &self.rays[id.0 as usize];
-            self.retired.retire::<S>(self.tree, ray, id, closest, self.output);
+            self.retired.retire::<S>(self.tree, ray, id, closest.triangle(), self.output);
         }
     }
 }

@@ -1,9 +1,11 @@
 //! Tests that the error bounds for projected copies hold in the worst case over all roundings, and
 //! that they would not hold if any constant were halved.
 
+use super::super::super::bound;
 use super::super::super::room::Room;
 use super::super::super::worst::{Search, Worst, Worsts};
 use super::super::starts::Starts;
+use super::point::{Corners, Planes, Sizes};
 use super::*;
 use crate::Threshold;
 use crate::packet::Copy32;
@@ -112,18 +114,18 @@ impl Case {
 }
 
 /// A vector whose operations do not round.
-struct Free([Worst; 3]);
+pub(super) struct Free(pub(super) [Worst; 3]);
 
 impl Free {
     fn of(v: &Vec3<Worst>) -> Self {
         Self([v.x, v.y, v.z])
     }
 
-    fn exact(v: [f64; 3]) -> Self {
+    pub(super) fn exact(v: [f64; 3]) -> Self {
         Self(v.map(|x| Worst::off_by(x, 0.0)))
     }
 
-    fn dot(&self, b: &Self) -> Worst {
+    pub(super) fn dot(&self, b: &Self) -> Worst {
         let [x, y, z] = [0, 1, 2].map(|k| self.0[k].times(&b.0[k]));
         x.plus(&y).plus(&z)
     }
@@ -137,7 +139,7 @@ impl Free {
 
 /// Returns orthogonal axes: the depth axis and the two axes perpendicular to it, rotated about the
 /// depth axis.
-fn axes(depth: [f64; 3], roll: f64) -> Option<[[f64; 3]; 3]> {
+pub(super) fn axes(depth: [f64; 3], roll: f64) -> Option<[[f64; 3]; 3]> {
     let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
     let unit = |v: [f64; 3]| v.map(|x| x / dot(v, v).sqrt());
     let cross =
@@ -289,13 +291,14 @@ fn ends(numbers: &[f64; 7]) -> Option<[f64; 2]> {
     Worst::begin(&[]);
     let points = frame.points(Worst::copies([a, b, c]));
     let t = t.abs();
-    if !points.on_screen() || !(1e-3..1e3).contains(&t) {
+    if !frame.on_screen(&points) || !(1e-3..1e3).contains(&t) {
         return None;
     }
     let t = Worst::off_by(t, 2.0 * f64::from(bound::U) * t);
     let share = |end: Worst| end.most() / (f64::from(bound::INVERSE) * end.value);
-    let (lo, hi) = points.inverse(t);
-    let starts = Starts::none().with(&points, [t, t], true, Threshold::ZERO).ranges();
+    let (lo, hi) = frame.apex().inverse(points.z, t);
+    let starts = Starts::none(frame.apex());
+    let starts = starts.with(&points, [t, t], true, Threshold::ZERO).ranges();
     Some([share(lo).max(share(hi)), share(starts.near_lo).max(share(starts.near_hi))])
 }
 
