@@ -88,7 +88,8 @@ fn scenes(each: usize, seed: u64) {
             let size = [1, 3, 8, 20, 60, 150, 400][i % 7];
             let mut scene = common::scene(family, &mut rng, size, 8);
             let ray = rng.pick(&scene.rays);
-            let count = 2 + rng.below(if i % 4 == 3 { 1498 } else { 298 });
+            // The first 256 rays are traced in packets, and the next in a bundle.
+            let count = if i % 4 == 0 { 2 + rng.below(298) } else { 260 + rng.below(900) };
             scene.rays = in_one_direction(&ray, &scene.triangles, &mut rng, count);
             // One ray may have another direction.
             if rng.one_in(10) {

@@ -344,6 +344,8 @@ fn rays_of_one_end_are_sorted_and_get_what_each_ray_gets_alone() {
     let way = |point: &[f32; 3]| [0, 1, 2].map(|k| point[k] - light[k]);
     let from = |point: &[f32; 3]| Ray::new(light, way(point)).between(0.0, 1.5);
     let toward = |point: &[f32; 3]| Ray::new(*point, way(point).map(|d| -d)).between(1e-4, 1.0);
+    // The sun is low, so that some points are in shadow.
+    let sun = |point: &[f32; 3]| Ray::new(*point, [1.0, 0.08, 0.3]).between(1e-4, f32::INFINITY);
 
     let spoiled = |mut rays: Vec<Ray>| {
         for (i, x) in [f32::NAN, f32::INFINITY, 0.0, f32::MAX, 1e-40].into_iter().enumerate() {
@@ -354,8 +356,11 @@ fn rays_of_one_end_are_sorted_and_get_what_each_ray_gets_alone() {
         }
         rays
     };
-    let rows: [Vec<Ray>; 2] =
-        [points.iter().map(from).collect(), points.iter().map(toward).collect()];
+    let rows: [Vec<Ray>; 3] = [
+        points.iter().map(from).collect(),
+        points.iter().map(toward).collect(),
+        points.iter().map(sun).collect(),
+    ];
     for rays in rows.map(spoiled) {
         for rays in [rays.clone(), shuffled(rays)] {
             let mut alone = bvh.query();

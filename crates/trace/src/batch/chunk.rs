@@ -4,6 +4,7 @@
 use intertri::simd::{Simd, WithSimd};
 use intertri::{Counts, Filter, Ray, RayId};
 
+use super::choice::Choice;
 use crate::containment::Containment;
 use crate::selection::ActiveSelection;
 use crate::tree::Tree;
@@ -58,11 +59,11 @@ pub(super) struct Chunk<'a> {
 }
 
 impl Chunk<'_> {
-    /// Traces the rays.
-    pub(super) fn trace(self, output: BatchOutput<'_>) -> Counts {
+    /// Traces the rays. `choice` is what was learned from earlier ones.
+    pub(super) fn trace(self, output: BatchOutput<'_>, choice: &mut Choice) -> Counts {
         match output {
             BatchOutput::Containments(containments) => self.trace_beams(containments),
-            output => self.filter.level().run(TraceChunk { chunk: self, output }),
+            output => self.filter.level().run(TraceChunk { chunk: self, output, choice }),
         }
     }
 
@@ -97,6 +98,7 @@ fn trace_stream(
 struct TraceChunk<'a, 'b> {
     chunk: Chunk<'a>,
     output: BatchOutput<'b>,
+    choice: &'b mut Choice,
 }
 
 impl WithSimd for TraceChunk<'_, '_> {
@@ -104,55 +106,16 @@ impl WithSimd for TraceChunk<'_, '_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Counts {
-        let Self { chunk, mut output } = self;
-        let Chunk { tree, filter, selection, rays: all } = chunk;
-        let (any, every) = (output.any(), output.every());
-        // Bundles do not support selections, and crossings are counted ray by ray.
-        let bundles = selection.is_none() && (!every || matches!(output, BatchOutput::Pairs(_)));
-        let mut packets = Packets::new(tree, filter, selection.is_none() && !every);
-        let mut patience = [BUNDLE_PATIENCE, REVERSAL_PATIENCE].map(Patience::new);
-        let mut projection = Projection::<S>::empty();
-        let (mut scratch, mut results) = (Scratch::default(), Results::default());
+        let Self { chunk, mut output, choice } = self;
+        let (all, any) = (chunk.rays, output.any());
+        let mut tracer = Tracer::<S>::new(&chunk, &output, choice);
         let (mut counts, mut others, mut at, mut size) = (Counts::default(), vec![], 0, RAYS);
         while at < all.len() {
             stop::check();
             let end = (at + size).min(all.len());
-            let (rays, next) = (&all[at..end], &all[end..]);
-
-            // Coherent rays form a bundle. If they diverge too much, try a smaller one.
-            results.clear();
-            let [forward, reversed] = patience.each_ref().map(|patience| !patience.is_waiting());
-            let allowed = [bundles && forward, bundles && any && reversed];
-            patience.iter_mut().for_each(Patience::pass);
-            let bundle = bundle_of((rays, next, RayId(at as u32)), filter, any, allowed);
-            let [is_reversed, has_origin] = kind_of(bundle.as_ref());
-            let mut outcome = match bundle {
-                None => Outcome::NotCoherent,
-                Some(rays) => S::vectorize(
-                    #[inline(always)]
-                    || {
-                        let scratch = (&mut projection, &mut scratch, &mut results);
-                        Bundle { tree, filter, any, every }.trace::<S>(&rays, scratch, &mut counts)
-                    },
-                ),
-            };
-            if is_reversed || matches!(outcome, Outcome::Traced { .. }) {
-                patience[usize::from(is_reversed)].tried(pays(&outcome, rays));
-            }
-            let is_too_wide = !has_origin && matches!(outcome, Outcome::TooWide);
-            if is_too_wide || matches!(outcome, Outcome::NotCoherent) {
-                projection.has_outliers = false;
-                outcome = S::vectorize(
-                    #[inline(always)]
-                    || packets.trace::<S>((rays, at), &mut output, &mut counts),
-                );
-            }
-            let (is_bundle, left, work) = match outcome {
-                Outcome::Traced { left, work } => {
-                    let rays = (rays, RayId(at as u32), left);
-                    write_bundle::<S>(&chunk, rays, &mut results, output.part(at, end));
-                    (true, left, work)
-                }
+            let rays = BatchRays { rays: &all[at..end], next: &all[end..], at };
+            let (is_together, left, work) = match tracer.trace(rays, &mut output, &mut counts) {
+                Outcome::Traced { left, work } => (true, left, work),
                 // A smaller number of consecutive rays may still be close together.
                 Outcome::TooWide if size > SMALLEST => {
                     size /= 4;
@@ -164,23 +127,214 @@ impl WithSimd for TraceChunk<'_, '_> {
 
             // Leave the other rays for the next stream, except rays whose any-hit query is already
             // answered.
+            let Tracer { projection, results, .. } = &tracer;
             if left != 0 || projection.has_outliers {
                 let over = |ray: usize| any && results.is_hit(ray);
                 let is_outlier = |ray: usize| projection.has_outliers && projection.is_outlier(ray);
                 let is_left = |ray: usize| left >> (ray / 16) & 1 != 0 || is_outlier(ray);
                 let waits = |ray: &usize| is_left(*ray) && !over(*ray);
-                others.extend((0..rays.len()).filter(waits).map(|ray| RayId((at + ray) as u32)));
+                others.extend((0..end - at).filter(waits).map(|ray| RayId((at + ray) as u32)));
             }
+            size = next_size(size, end, work > BUSY * (end - at));
             at = end;
-            size = next_size(size, at, work > BUSY * rays.len());
 
-            let enough = if is_bundle { STREAM_AFTER_BUNDLE } else { STREAM };
+            let enough = if is_together { STREAM_AFTER_BUNDLE } else { STREAM };
             if others.len() >= enough || at == all.len() && !others.is_empty() {
                 trace_stream(&chunk, &others, &mut output, &mut counts);
                 others.clear();
             }
         }
         counts
+    }
+}
+
+/// Some consecutive rays of a chunk.
+#[derive(Clone, Copy)]
+struct BatchRays<'a> {
+    rays: &'a [Ray],
+    /// The rays that follow.
+    next: &'a [Ray],
+    /// The index of the first ray.
+    at: usize,
+}
+
+/// Traces rays together, and keeps what is needed for the next rays.
+struct Tracer<'a, 'b, S: Simd> {
+    chunk: Chunk<'a>,
+    any: bool,
+    every: bool,
+    /// Whether bundles are possible.
+    bundles: bool,
+    packets: Packets<'a>,
+    patience: [Patience; 2],
+    /// How parallel rays are traced.
+    choice: &'b mut Choice,
+    projection: Projection<S>,
+    scratch: Scratch,
+    results: Results,
+}
+
+impl<'a, 'b, S: Simd> Tracer<'a, 'b, S> {
+    #[inline(always)]
+    fn new(chunk: &Chunk<'a>, output: &BatchOutput<'_>, choice: &'b mut Choice) -> Self {
+        let Chunk { tree, filter, selection, .. } = *chunk;
+        let (any, every, is_plain) = (output.any(), output.every(), selection.is_none());
+        Self {
+            chunk: *chunk,
+            any,
+            every,
+            // Bundles do not support selections, and crossings are counted ray by ray.
+            bundles: is_plain && (!every || matches!(output, BatchOutput::Pairs(_))),
+            packets: Packets::new(tree, filter, is_plain && !every),
+            patience: [BUNDLE_PATIENCE, REVERSAL_PATIENCE].map(Patience::new),
+            choice,
+            projection: Projection::<S>::empty(),
+            scratch: Scratch::default(),
+            results: Results::default(),
+        }
+    }
+
+    /// Traces rays in a bundle, if they form one, or in packets.
+    #[inline(always)]
+    fn trace(
+        &mut self,
+        rays: BatchRays<'_>,
+        output: &mut BatchOutput<'_>,
+        counts: &mut Counts,
+    ) -> Outcome {
+        // Coherent rays form a bundle. If they diverge too much, try a smaller one.
+        self.results.clear();
+        let [forward, reversed] = self.patience.each_ref().map(|patience| !patience.is_waiting());
+        let allowed = [self.bundles && forward, self.bundles && self.any && reversed];
+        self.patience.iter_mut().for_each(Patience::pass);
+        let Some(bundle) = self.bundle_of(rays, allowed) else {
+            return self.in_packets(rays, u64::MAX, output, counts);
+        };
+        if matches!(bundle.common, Common::Direction { .. }) && !self.every {
+            return self.trace_parallel((bundle, rays), output, counts);
+        }
+        let outcome = self.in_bundle((&bundle, rays), usize::MAX, output, counts);
+        let is_reversed = matches!(bundle.common, Common::End(_));
+        if is_reversed || matches!(outcome, Outcome::Traced { .. }) {
+            self.patience[usize::from(is_reversed)].tried(pays(&outcome, rays.rays));
+        }
+        let is_too_wide = matches!(outcome, Outcome::TooWide);
+        if is_too_wide && !matches!(bundle.common, Common::Origin) {
+            return self.in_packets(rays, u64::MAX, output, counts);
+        }
+        outcome
+    }
+
+    /// Makes a bundle from the rays if bundles are allowed and the rays share an origin or a direction.
+    /// If reversed bundles are also allowed, as for any-hit queries, a common end is enough, because
+    /// such rays can be traced backward.
+    #[inline(always)]
+    fn bundle_of<'c>(
+        &self,
+        BatchRays { rays, next, at }: BatchRays<'c>,
+        [bundles, reversible]: [bool; 2],
+    ) -> Option<BundleRays<'c>> {
+        let filter = &self.chunk.filter;
+        let bundle = |common| Some(BundleRays { rays, first: RayId(at as u32), next, common });
+        if bundles && shares_origin(rays) {
+            return bundle(Common::Origin);
+        }
+        // The document's modes would need other bounds for parallel rays.
+        if bundles
+            && filter.resolver().hits_lie_on_triangles()
+            && let Some(is_endless) = endless_direction(rays)
+        {
+            return bundle(Common::Direction { reversed: self.any && is_endless });
+        }
+        if !reversible {
+            return None;
+        }
+        CommonEnd::of(rays, filter.threshold()).and_then(|end| bundle(Common::End(end)))
+    }
+
+    /// Traces parallel rays in a bundle or in packets.
+    #[inline(always)]
+    fn trace_parallel(
+        &mut self,
+        (bundle, rays): (BundleRays<'_>, BatchRays<'_>),
+        output: &mut BatchOutput<'_>,
+        counts: &mut Counts,
+    ) -> Outcome {
+        let count = rays.rays.len();
+        if self.choice.is_trial() && count > BUSY_RAYS {
+            return Outcome::TooWide;
+        }
+        let (mut work, mut left) = (0, u64::MAX);
+        if let Some(limit) = self.choice.limit(count) {
+            if let Outcome::Traced { left: some, work: all } =
+                self.in_bundle((&bundle, rays), limit, output, counts)
+            {
+                (left, work) = (some, all);
+                self.choice.took_bundle(work, left, count);
+                if left == 0 {
+                    return Outcome::Traced { left, work };
+                }
+            } else {
+                self.choice.took_bundle(limit, left, count);
+            }
+        }
+        // What the bundle leaves is traced in packets.
+        let before = self.packets.visits;
+        let outcome = self.in_packets(rays, left, output, counts);
+        if left == u64::MAX {
+            self.choice.took_packets(self.packets.visits - before, &outcome, count);
+        }
+        match outcome {
+            Outcome::InPackets { left } => Outcome::Traced { left, work },
+            _ if left == u64::MAX => outcome,
+            _ => Outcome::Traced { left, work },
+        }
+    }
+
+    /// Traces rays in a bundle, and writes its results. If the work exceeds a limit, some packets are
+    /// left.
+    #[inline(always)]
+    fn in_bundle(
+        &mut self,
+        (bundle, rays): (&BundleRays<'_>, BatchRays<'_>),
+        limit: usize,
+        output: &mut BatchOutput<'_>,
+        counts: &mut Counts,
+    ) -> Outcome {
+        let Self { chunk, any, every, projection, scratch, results, .. } = self;
+        let outcome = S::vectorize(
+            #[inline(always)]
+            || {
+                let (Chunk { tree, filter, .. }, any, every) = (*chunk, *any, *every);
+                let scratch = (projection, scratch, &mut *results);
+                Bundle { tree, filter, any, every, limit }.trace::<S>(bundle, scratch, counts)
+            },
+        );
+        if let Outcome::Traced { left, .. } = outcome {
+            let (at, rays) = (rays.at, rays.rays);
+            let output = output.part(at, at + rays.len());
+            write_bundle::<S>(chunk, (rays, RayId(at as u32), left), results, output);
+        }
+        outcome
+    }
+
+    /// Traces the packets in a mask, unless they are not coherent.
+    #[inline(always)]
+    fn in_packets(
+        &mut self,
+        rays: BatchRays<'_>,
+        packets: u64,
+        output: &mut BatchOutput<'_>,
+        counts: &mut Counts,
+    ) -> Outcome {
+        if packets == u64::MAX {
+            self.projection.has_outliers = false;
+        }
+        let all = &mut self.packets;
+        S::vectorize(
+            #[inline(always)]
+            || all.trace::<S>((rays.rays, rays.at), packets, output, counts),
+        )
     }
 }
 
@@ -202,40 +356,6 @@ fn write_bundle<S: Simd>(
             output => results.write::<S>(tree, resolver, (rays, first), output),
         },
     );
-}
-
-/// Makes a bundle from the rays if bundles are allowed and the rays share an origin. If reversed
-/// bundles are also allowed, as for any-hit queries, a common end is enough, because such rays can
-/// be traced backward.
-#[inline(always)]
-fn bundle_of<'a>(
-    (rays, next, first): (&'a [Ray], &'a [Ray], RayId),
-    filter: Filter<'_>,
-    any: bool,
-    [bundles, reversible]: [bool; 2],
-) -> Option<BundleRays<'a>> {
-    let bundle = |common| Some(BundleRays { rays, first, next, common });
-    if bundles && shares_origin(rays) {
-        return bundle(Common::Origin);
-    }
-    // The document's modes would need other bounds for parallel rays.
-    if bundles
-        && filter.resolver().hits_lie_on_triangles()
-        && let Some(is_endless) = endless_direction(rays)
-    {
-        return bundle(Common::Direction { reversed: any && is_endless });
-    }
-    if !reversible {
-        return None;
-    }
-    CommonEnd::of(rays, filter.threshold()).and_then(|end| bundle(Common::End(end)))
-}
-
-/// Returns whether a bundle has a common end, and whether it has a common origin.
-#[inline(always)]
-fn kind_of(bundle: Option<&BundleRays<'_>>) -> [bool; 2] {
-    let common = bundle.map(|rays| rays.common);
-    [matches!(common, Some(Common::End(_))), matches!(common, Some(Common::Origin))]
 }
 
 /// Returns whether a bundle was worth its cost: at least half of its rays were traced, and tracing

@@ -19,6 +19,7 @@ use intertri::{Crossing, Hit, LeafSlot, Ray, RayId};
 use std::ops::Range;
 
 use super::RayBatch;
+use super::choice::Choice;
 use super::chunk::Chunk;
 use crate::scalar::Backend;
 use crate::tree::Tree;
@@ -190,7 +191,7 @@ impl<T: ListItem> ChunkLists<T> {
     fn list(&mut self, chunk: &Chunk<'_>, limit: Option<usize>) -> Result<(), NoMemory> {
         let Chunk { tree, filter, rays, .. } = *chunk;
         self.pairs.clear(limit);
-        chunk.trace(BatchOutput::Pairs(&mut self.pairs));
+        chunk.trace(BatchOutput::Pairs(&mut self.pairs), &mut Choice::new(false));
         if self.pairs.is_full {
             return Err(NoMemory);
         }

@@ -10,6 +10,7 @@
 
 mod answer;
 mod apex;
+mod choice;
 mod chunk;
 mod lists;
 pub(crate) mod rows;
@@ -32,6 +33,7 @@ use crate::tree::Tree;
 use crate::util::threads;
 use crate::walk::BatchOutput;
 use apex::Sorting;
+pub(crate) use choice::Choice;
 use chunk::Chunk;
 use rows::{Run, runs};
 use sorter::Sorter;
@@ -73,9 +75,18 @@ impl<S: Backend> RayBatch<'_, S> {
             );
             rest = others;
         }
-        add(pieces.into_iter(), |(band, (begin, answers))| match band {
-            Some(band) => self.trace_band(band, begin, answers),
-            None => self.trace_others(begin, answers),
+        // Each piece begins with what others have learned.
+        let learned = Mutex::new(Choice::new(A::output(&mut []).any()));
+        add(pieces.into_iter(), |(band, (begin, answers))| {
+            let mut choice = learned.lock().map_or_else(|e| e.into_inner().clone(), |c| c.clone());
+            let counts = match band {
+                Some(band) => self.trace_band(band, begin, answers, &mut choice),
+                None => self.trace_others(begin, answers, &mut choice),
+            };
+            if let Ok(mut learned) = learned.lock() {
+                *learned = choice;
+            }
+            counts
         })
     }
 
@@ -94,12 +105,18 @@ impl<S: Backend> RayBatch<'_, S> {
 
     /// Traces rays that are not pixels in rows on this thread, starting at ray `begin`. Rays with a
     /// common origin or end are sorted if their order is not coherent.
-    fn trace_others<A: Answer>(&self, begin: usize, answers: &mut [A]) -> Counts {
+    fn trace_others<A: Answer>(
+        &self,
+        begin: usize,
+        answers: &mut [A],
+        choice: &mut Choice,
+    ) -> Counts {
         let rays = &self.rays[begin..begin + answers.len()];
         let in_bundles = A::IN_BUNDLES && self.selection.is_none();
         let sorting = in_bundles.then(|| apex::sorting(rays, A::output(&mut []).any())).flatten();
         let Some(Sorting { common, window }) = sorting else {
-            return self.trace_part(begin..begin + answers.len(), A::output(answers));
+            let all = begin..begin + answers.len();
+            return self.trace_part(all, A::output(answers), choice);
         };
         let (mut sorter, mut counts) = (Sorter::default(), Counts::default());
         let (mut gathered, mut found) = (Vec::new(), Vec::new());
@@ -109,7 +126,7 @@ impl<S: Backend> RayBatch<'_, S> {
             gathered.extend(order.iter().map(|&i| rays[usize::from(i)]));
             found.resize(gathered.len(), A::MISS);
             let batch = RayBatch { rays: &gathered, ..*self };
-            counts += batch.trace_part(0..gathered.len(), A::output(&mut found));
+            counts += batch.trace_part(0..gathered.len(), A::output(&mut found), choice);
             for (&i, &found) in order.iter().zip(&found) {
                 answers[usize::from(i)] = found;
             }
@@ -118,7 +135,13 @@ impl<S: Backend> RayBatch<'_, S> {
     }
 
     /// Traces rows of pixels on this thread, starting at ray `begin`.
-    fn trace_band<A: Answer>(&self, whole: &Band, begin: usize, answers: &mut [A]) -> Counts {
+    fn trace_band<A: Answer>(
+        &self,
+        whole: &Band,
+        begin: usize,
+        answers: &mut [A],
+        choice: &mut Choice,
+    ) -> Counts {
         let (mut gathered, mut found, mut counts) = (Vec::new(), Vec::new(), Counts::default());
         let band = whole.within(answers.len());
         for block in band.blocks() {
@@ -126,18 +149,23 @@ impl<S: Backend> RayBatch<'_, S> {
             block.prefetch_next(&self.rays[begin..]);
             found.resize(gathered.len(), A::MISS);
             let batch = RayBatch { rays: &gathered, ..*self };
-            counts += batch.trace_part(0..gathered.len(), A::output(&mut found));
+            counts += batch.trace_part(0..gathered.len(), A::output(&mut found), choice);
             block.scatter(&found, answers);
         }
         counts
     }
 
-    /// Traces a range of the rays on this thread.
-    pub(crate) fn trace_part(&self, range: Range<usize>, mut output: BatchOutput<'_>) -> Counts {
+    /// Traces a range of the rays on this thread. `choice` is what was learned from earlier ranges.
+    pub(crate) fn trace_part(
+        &self,
+        range: Range<usize>,
+        mut output: BatchOutput<'_>,
+        choice: &mut Choice,
+    ) -> Counts {
         let (start, mut counts) = (range.start, Counts::default());
         self.pieces(range, |chunk, piece| {
             let output = output.part(piece.start - start, piece.end - start);
-            counts += chunk.trace(output);
+            counts += chunk.trace(output, choice);
         });
         output.rename(self.tree);
         counts

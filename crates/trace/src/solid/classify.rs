@@ -4,7 +4,7 @@ use intertri::internal::exact::is_on;
 use intertri::internal::prefetch;
 use intertri::{Counts, Mode, RayId, RayOf};
 
-use crate::batch::{RayBatch, chunks};
+use crate::batch::{Choice, RayBatch, chunks};
 use crate::bvh::Bvh;
 use crate::containment::Containment;
 use crate::scalar::BvhScalar;
@@ -103,7 +103,8 @@ fn try_classify_slab<S: BvhScalar, A: Copy + Default + Send>(
             let (tree, originals) = (&bvh.tree, &bvh.originals);
             let batch: RayBatch<'_, S> =
                 RayBatch { tree, originals, mode: Mode::once(), selection: None, rays: &rays };
-            counts += batch.trace_part(0..rays.len(), BatchOutput::Containments(&mut all));
+            let output = BatchOutput::Containments(&mut all);
+            counts += batch.trace_part(0..rays.len(), output, &mut Choice::new(false));
             answer(&rays, &mut all, answers);
         }
         counts

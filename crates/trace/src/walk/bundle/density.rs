@@ -82,7 +82,7 @@ mod tests {
             let scratch = (projection, &mut Scratch::default(), &mut Results::default());
             let counts = &mut Counts::default();
             let (tree, filter) = (&bvh.tree, Mode::certified().filter());
-            let bundle = Bundle { tree, filter, any, every: false };
+            let bundle = Bundle { tree, filter, any, every: false, limit: usize::MAX };
             match bundle.trace::<S>(&rays, scratch, counts) {
                 Outcome::Traced { left, .. } => Some(left),
                 _ => None,
@@ -157,7 +157,7 @@ mod tests {
             let projection = &mut Projection::<S>::empty();
             let scratch = (projection, &mut Scratch::default(), &mut Results::default());
             let (tree, filter) = (&bvh.tree, Mode::certified().filter());
-            let bundle = Bundle { tree, filter, any: false, every: false };
+            let bundle = Bundle { tree, filter, any: false, every: false, limit: usize::MAX };
             match bundle.trace::<S>(&rays, scratch, &mut Counts::default()) {
                 Outcome::Traced { left, work } => [left.count_ones() as usize, work],
                 _ => [usize::MAX; 2],

@@ -35,6 +35,8 @@ pub(crate) struct Bundle<'a> {
     pub(crate) any: bool,
     /// Whether to list all hits of each ray.
     pub(crate) every: bool,
+    /// The work after which the packets that are not finished are left.
+    pub(crate) limit: usize,
 }
 
 /// The outcome of tracing several consecutive rays.
@@ -159,10 +161,18 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         let (mut part, mut left, mut work) = (self.projection.all(), 0, 0);
         let mut waiting = WaitingParts::default();
         loop {
-            let (dense, rest) = self.part(culling, (stack, leaves, count), (part, level), counts);
+            let budget = budget(level, self.bundle.any).min(self.bundle.limit - work);
+            let (dense, rest) = self.part(culling, (stack, leaves, count), (part, budget), counts);
             left |= dense;
             part &= !dense;
             work += std::mem::take(&mut self.work);
+            if work >= self.bundle.limit {
+                left |= if rest { part } else { 0 };
+                while let Some((part, _)) = waiting.next(self.alive()) {
+                    left |= part;
+                }
+                return (left, work);
+            }
 
             // If a part takes too much work, continue with smaller parts from the current position.
             // If one of the smallest parts still takes too much work, or if smaller parts would be
@@ -209,11 +219,10 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         &mut self,
         culling: &mut Culling<'_>,
         (stack, leaves, mut count): (&mut Pending, &mut Leaves, usize),
-        (part, level): (u64, usize),
+        (part, budget): (u64, usize),
         counts: &mut Counts,
     ) -> (u64, bool) {
-        let Bundle { tree, any, .. } = self.bundle;
-        let budget = budget(level, any);
+        let tree = self.bundle.tree;
         let (mut far, mut dense) = (self.far(), 0);
         while count > 0 {
             if self.visit((leaves, count), counts) {
@@ -266,7 +275,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
     fn visit_leaves(&mut self, (leaves, used): (&mut Leaves, usize), counts: &mut Counts) -> bool {
         let Self { bundle, ref settle, ref mut projection, ref mut prefetch, ref mut seen, .. } =
             *self;
-        let Bundle { tree, filter, any, every } = bundle;
+        let Bundle { tree, filter, any, every, .. } = bundle;
         let first = seen.len();
         let ListedTests { pairs, mut tests } =
             leaves.list((tree, used), (&filter, projection), seen, prefetch);

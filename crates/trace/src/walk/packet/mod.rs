@@ -46,6 +46,8 @@ pub(crate) struct Packets<'a> {
     is_used: bool,
     stack: PacketStack,
     patience: Patience,
+    /// The number of nodes and leaves visited so far.
+    pub(crate) visits: usize,
 }
 
 impl<'a> Packets<'a> {
@@ -54,15 +56,17 @@ impl<'a> Packets<'a> {
         // Leaves without a box would have to be tested against every packet.
         let is_used = is_used && tree.first_unboxed(filter.resolver()) == tree.leaves.len();
         let (margin, stack) = (tree.margin(filter.resolver()), PacketStack::default());
-        Self { tree, filter, margin, is_used, stack, patience: Patience::new(PATIENCE) }
+        let patience = Patience::new(PATIENCE);
+        Self { tree, filter, margin, is_used, stack, patience, visits: 0 }
     }
 
-    /// Traces up to 1024 rays, except those in packets that are not coherent. `first` is the index
-    /// of the first ray in its chunk.
+    /// Traces the packets in a mask, out of up to 1024 rays, except those that are not coherent.
+    /// `first` is the index of the first ray in its chunk.
     #[inline(always)]
     pub(crate) fn trace<S: Simd>(
         &mut self,
         (rays, first): (&[Ray], usize),
+        packets: u64,
         output: &mut BatchOutput<'_>,
         counts: &mut Counts,
     ) -> Outcome {
@@ -72,6 +76,9 @@ impl<'a> Packets<'a> {
         let mut retired = Retired::new(self.filter.resolver(), RayId(0));
         let mut left = 0;
         for (i, rays) in rays.chunks(RAYS).enumerate() {
+            if packets >> i & 1 == 0 {
+                continue;
+            }
             stop::heed();
             let rays = (rays, RayId((first + RAYS * i) as u32));
             let is_traced = !self.patience.is_waiting()
@@ -86,7 +93,7 @@ impl<'a> Packets<'a> {
             }
         }
         retired.flush::<S>(output);
-        let all = u64::MAX >> (64 - rays.len().div_ceil(RAYS));
+        let all = packets & u64::MAX >> (64 - rays.len().div_ceil(RAYS));
         if left == all { Outcome::NotCoherent } else { Outcome::InPackets { left } }
     }
 
@@ -136,6 +143,7 @@ impl<'a> Packets<'a> {
             }
         }
 
+        self.visits += visits;
         self.patience.tried(visitors >= TOGETHER * visits);
         true
     }

@@ -21,7 +21,7 @@ impl WithSimd for Trace<'_> {
         let (mut hits, mut counts) = ([Hit32::MISS; RAYS], Counts::default());
         let mut packets = Packets::new(&bvh.tree, Mode::exact().filter(), true);
         let output = &mut BatchOutput::Hits32(&mut hits);
-        let outcome = packets.trace::<S>((rays, 0), output, &mut counts);
+        let outcome = packets.trace::<S>((rays, 0), u64::MAX, output, &mut counts);
         let is_traced = matches!(outcome, Outcome::InPackets { left: 0 });
         (is_traced.then_some(hits), counts.tests)
     }
