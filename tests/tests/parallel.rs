@@ -110,6 +110,27 @@ fn every_family_in_one_direction() {
     scenes(35, 21);
 }
 
+/// Rays through triangles whose coordinates are beyond what the projection can bound: one corner is
+/// beyond 2^40, or products of edges overflow.
+#[test]
+fn triangles_that_are_too_large_are_neither_lost_nor_hit_by_mistake() {
+    let beyond = Triangle([[0.0, 0.0, 5.0], [4e12, 0.0, 5.0], [0.0, 4e12, 5.0]]);
+    let (big, more) = ((1_u64 << 38) as f32, (1_u64 << 38) as f32 + 65_536.0);
+    let at = (1 << 26) as f32;
+    let overflows = Triangle([[-at, -at, 5.0], [big, -more, 5.0], [-more, big, 5.0]]);
+    for (triangle, from, size) in [(beyond, 1.0, 1.0), (overflows, 0.0, 5.96e-9)] {
+        let ray = |i: usize| {
+            let [x, y] = [i % 32, i / 32].map(|k| from + size * (k as f32 / 16.0 - 1.0));
+            Ray::new([x, y, 0.0], [0.0, 0.0, 1.0])
+        };
+        let rays: Vec<Ray> = (0..1024).map(ray).collect();
+        let mut scene = common::scene(&FAMILIES[0], &mut Rng::new(1), 1, 1);
+        (scene.triangles, scene.rays) = (vec![triangle], rays);
+        let levels: Vec<Level> = Level::all().collect();
+        check_hierarchy(&scene, &levels).unwrap();
+    }
+}
+
 #[test]
 #[ignore = "slow: takes several minutes"]
 fn every_family_in_one_direction_at_length() {

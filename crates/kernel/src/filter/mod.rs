@@ -9,7 +9,7 @@
 //! ```
 //!
 //! The filter has two forms: one for arbitrary rays and triangles ([`edges`]), and one that
-//! projects the triangles, for bundles of rays that share an origin ([`projection`]).
+//! projects the triangles, for bundles of rays of one apex ([`projection`]).
 
 mod block_hits;
 mod bound;

@@ -10,7 +10,7 @@ pub trait Answer: Copy + Send + Sync {
     /// The answer for a ray that hits nothing.
     const MISS: Self;
 
-    /// Whether rays with a common origin are traced in bundles for this answer, so that the order
+    /// Whether rays with a common apex are traced in bundles for this answer, so that the order
     /// of the rays affects the speed.
     const IN_BUNDLES: bool;
 

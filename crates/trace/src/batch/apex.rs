@@ -37,9 +37,9 @@ const SCATTERED: f32 = 8.0;
 const PACKET: usize = 16;
 const WIDE: f32 = 0.6;
 
-/// What several rays have in common.
+/// What several rays have in common, and what they are sorted by.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Common {
+pub(super) enum SortKey {
     /// An origin or an end.
     Point,
     /// A direction.
@@ -49,12 +49,12 @@ pub(super) enum Common {
 /// How rays are sorted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sorting {
-    pub(super) common: Common,
+    pub(super) key: SortKey,
     /// The number of rays that are sorted together.
     pub(super) window: usize,
 }
 
-impl Common {
+impl SortKey {
     /// Returns what some rays have in common. With `ends`, that may be their end.
     fn of(rays: &[Ray; 3], ends: bool) -> Option<Self> {
         if shares_origin(rays) || ends && CommonEnd::of(rays, Threshold::DEFAULT).is_some() {
@@ -135,7 +135,7 @@ pub(super) fn sorting<S: Scalar>(rays: &[RayOf<S>], ends: bool) -> Option<Sortin
     if count < FEWEST {
         return None;
     }
-    let common = Common::of(&[first, first, last], ends)?;
+    let key = SortKey::of(&[first, first, last], ends)?;
     let (mut all, mut areas) = (Bounds::NONE, [0.0; RUNS]);
     let [mut of_packets, mut of_runs] = [0.0; 2];
     let runs = rays.chunks(rays.len() / RUNS).map(|rays| &rays[..rays.len().min(RUN)]);
@@ -145,10 +145,10 @@ pub(super) fn sorting<S: Scalar>(rays: &[RayOf<S>], ends: bool) -> Option<Sortin
         let (packet, others) = run.split_at(PACKET);
         for (i, ray) in packet.iter().chain(others.iter().step_by(4)).enumerate() {
             let ray = in_f32(ray);
-            if Common::of(&[first, ray, last], ends) != Some(common) {
+            if SortKey::of(&[first, ray, last], ends) != Some(key) {
                 return None;
             }
-            let position = common.position(&ray);
+            let position = key.position(&ray);
             bounds.add(position);
             all.add(position);
             if i == PACKET - 1 {
@@ -160,12 +160,12 @@ pub(super) fn sorting<S: Scalar>(rays: &[RayOf<S>], ends: bool) -> Option<Sortin
         of_runs += of_run;
     }
     if of_packets > WIDE * of_runs {
-        return (count >= FEWEST_RANDOM).then_some(Sorting { common, window: WIDE_WINDOW });
+        return (count >= FEWEST_RANDOM).then_some(Sorting { key, window: WIDE_WINDOW });
     }
     // In tiles, the areas of all runs of the window would add up to about the whole area.
     areas.sort_unstable_by(f32::total_cmp);
     let area = areas[RUNS / 2] * (rays.len() / RUN) as f32;
-    (area > SCATTERED * all.sizes()[1]).then_some(Sorting { common, window: WINDOW })
+    (area > SCATTERED * all.sizes()[1]).then_some(Sorting { key, window: WINDOW })
 }
 
 fn in_f32<S: Scalar>(ray: &RayOf<S>) -> Ray {

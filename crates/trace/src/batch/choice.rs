@@ -1,9 +1,9 @@
 //! Decides whether parallel rays are traced in bundles or in packets, by the work that each has taken.
 //!
-//! Bundles are up to three times as fast where several rays hit a triangle, and slower where
-//! triangles are small compared with the distance between rays. How small they are is not known
-//! beforehand, so both are tried on a few rays. Work is counted, not timed, so that the same rays are
-//! always traced in the same way.
+//! Bundles are faster where several rays hit a triangle, and slower where triangles are small compared
+//! with the distance between rays. How small they are is not known beforehand, so both are tried on a
+//! few rays. Work is counted, not timed, so that on one thread, the same rays are always traced in the
+//! same way.
 
 use crate::util::patience::Patience;
 use crate::walk::bundle::Outcome;
@@ -28,7 +28,7 @@ const WORK: f32 = 12.0;
 
 /// A bundle is given up once it costs this many times as much as packets: in a trial, where these have
 /// just traced the rays beside it, and otherwise.
-const LIMITS: [f32; 2] = [0.8, 3.0];
+const LIMITS: [f32; 2] = [0.8, 2.0];
 
 /// The number of turns until the next trial. It doubles each time that the choice stays the same.
 const TURNS: [usize; 2] = [8, 64];
@@ -45,6 +45,8 @@ pub(crate) struct Choice {
     /// The costs per ray of bundles and of packets in all trials; earlier trials count less. Since
     /// sums are compared, rays that hit nothing, and are cheap in any case, hardly count.
     sums: [f32; 2],
+    /// What the trials count together.
+    weight: f32,
     /// The turns until the next trial.
     wait: Patience,
 }
@@ -52,7 +54,7 @@ pub(crate) struct Choice {
 impl Choice {
     pub(crate) fn new(any: bool) -> Self {
         let costs = if any { ANY } else { CLOSEST };
-        Self { costs, trial: None, sums: [0.0; 2], wait: Patience::new(TURNS) }
+        Self { costs, trial: None, sums: [0.0; 2], weight: 0.0, wait: Patience::new(TURNS) }
     }
 
     /// Returns whether bundles are the better choice, as far as is known.
@@ -62,8 +64,7 @@ impl Choice {
 
     /// Returns the mean cost of packets in trials.
     fn packets(&self) -> f32 {
-        // In all trials, sums of halves add up to at most twice the mean.
-        0.5 * self.sums[1]
+        self.sums[1] / self.weight.max(1.0)
     }
 
     /// Returns whether the next rays are part of a trial, for which a few suffice.
@@ -94,6 +95,7 @@ impl Choice {
         };
         let before = self.are_bundles_better();
         self.sums = [0.5 * self.sums[0] + cost + left * packets, 0.5 * self.sums[1] + packets];
+        self.weight = 0.5 * self.weight + 1.0;
         if self.are_bundles_better() != before {
             self.wait = Patience::new(TURNS);
         }
@@ -115,7 +117,7 @@ impl Choice {
 
     /// Ends a turn without a trial, in which rays had this cost.
     fn took(&mut self, cost: f32) {
-        if cost > SURPRISE * self.packets().min(0.5 * self.sums[0]) {
+        if cost > SURPRISE * self.sums[0].min(self.sums[1]) / self.weight.max(1.0) {
             self.wait = Patience::new(TURNS);
         } else {
             self.wait.pass();

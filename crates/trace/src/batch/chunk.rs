@@ -1,4 +1,4 @@
-//! Traces a chunk of rays on one thread: coherent rays with a common origin in bundles, other
+//! Traces a chunk of rays on one thread: coherent rays with a common apex in bundles, other
 //! coherent rays in packets, and the rest in streams.
 
 use intertri::simd::{Simd, WithSimd};
@@ -48,6 +48,11 @@ const SMALLEST: usize = 16;
 const BUSY: usize = 5;
 /// The maximum number of rays in the bundles after a bundle that needed many packet tests.
 const BUSY_RAYS: usize = 256;
+
+/// The number of parallel rays with which bundles and packets are compared.
+const TRIAL: usize = 256;
+/// Fewer parallel rays than this are traced in packets.
+const FEWEST: usize = 64;
 
 /// Consecutive rays, together with everything needed to trace them.
 #[derive(Clone, Copy)]
@@ -261,32 +266,30 @@ impl<'a, 'b, S: Simd> Tracer<'a, 'b, S> {
         counts: &mut Counts,
     ) -> Outcome {
         let count = rays.rays.len();
-        if self.choice.is_trial() && count > BUSY_RAYS {
+        if self.choice.is_trial() && count > TRIAL {
             return Outcome::TooWide;
         }
-        let (mut work, mut left) = (0, u64::MAX);
-        if let Some(limit) = self.choice.limit(count) {
-            if let Outcome::Traced { left: some, work: all } =
-                self.in_bundle((&bundle, rays), limit, output, counts)
-            {
-                (left, work) = (some, all);
-                self.choice.took_bundle(work, left, count);
-                if left == 0 {
-                    return Outcome::Traced { left, work };
-                }
-            } else {
-                self.choice.took_bundle(limit, left, count);
-            }
+        // A few rays tell little about the others.
+        if count < FEWEST {
+            return self.in_packets(rays, u64::MAX, output, counts);
+        }
+        let Some(limit) = self.choice.limit(count) else {
+            let before = self.packets.visits;
+            let outcome = self.in_packets(rays, u64::MAX, output, counts);
+            self.choice.took_packets(self.packets.visits - before, &outcome, count);
+            return outcome;
+        };
+        let (left, work) = match self.in_bundle((&bundle, rays), limit, output, counts) {
+            Outcome::Traced { left, work } => (left, work),
+            _ => (u64::MAX, limit),
+        };
+        self.choice.took_bundle(work, left, count);
+        if left == 0 {
+            return Outcome::Traced { left, work };
         }
         // What the bundle leaves is traced in packets.
-        let before = self.packets.visits;
-        let outcome = self.in_packets(rays, left, output, counts);
-        if left == u64::MAX {
-            self.choice.took_packets(self.packets.visits - before, &outcome, count);
-        }
-        match outcome {
+        match self.in_packets(rays, left, output, counts) {
             Outcome::InPackets { left } => Outcome::Traced { left, work },
-            _ if left == u64::MAX => outcome,
             _ => Outcome::Traced { left, work },
         }
     }
@@ -318,7 +321,8 @@ impl<'a, 'b, S: Simd> Tracer<'a, 'b, S> {
         outcome
     }
 
-    /// Traces the packets in a mask, unless they are not coherent.
+    /// Traces the packets in a mask, unless they are not coherent. If the mask has all packets, nothing
+    /// is left of an earlier bundle.
     #[inline(always)]
     fn in_packets(
         &mut self,

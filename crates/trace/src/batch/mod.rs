@@ -2,8 +2,8 @@
 //!
 //! ```text
 //!   closest_batch ──► runs ──► pieces over threads ──────────► trace_part ──► bundles, packets or
-//!                      │             │ one origin or end         ▲   │        streams
-//!                      │             └──► sort by direction ──► gather └──► scatter
+//!                      │             │ one apex                  ▲   │        streams
+//!                      │             └──► sort ──────────────► gather └──► scatter
 //!                      │ rows of pixels                          ▲
 //!                      └──► bands over threads ──────────────────┘
 //! ```
@@ -104,7 +104,7 @@ impl<S: Backend> RayBatch<'_, S> {
     }
 
     /// Traces rays that are not pixels in rows on this thread, starting at ray `begin`. Rays with a
-    /// common origin or end are sorted if their order is not coherent.
+    /// common origin, end, or direction are sorted if their order is not coherent.
     fn trace_others<A: Answer>(
         &self,
         begin: usize,
@@ -114,14 +114,14 @@ impl<S: Backend> RayBatch<'_, S> {
         let rays = &self.rays[begin..begin + answers.len()];
         let in_bundles = A::IN_BUNDLES && self.selection.is_none();
         let sorting = in_bundles.then(|| apex::sorting(rays, A::output(&mut []).any())).flatten();
-        let Some(Sorting { common, window }) = sorting else {
+        let Some(Sorting { key, window }) = sorting else {
             let all = begin..begin + answers.len();
             return self.trace_part(all, A::output(answers), choice);
         };
         let (mut sorter, mut counts) = (Sorter::default(), Counts::default());
         let (mut gathered, mut found) = (Vec::new(), Vec::new());
         for (rays, answers) in rays.chunks(window).zip(answers.chunks_mut(window)) {
-            let order = sorter.sort(self.mode.level(), (common, rays));
+            let order = sorter.sort(self.mode.level(), (key, rays));
             gathered.clear();
             gathered.extend(order.iter().map(|&i| rays[usize::from(i)]));
             found.resize(gathered.len(), A::MISS);

@@ -11,7 +11,7 @@
 use intertri::simd::{Lanes, Level, Simd, Vec3, WithSimd};
 use intertri::{Ray, RayOf, Scalar};
 
-use super::apex::{Common, Slopes};
+use super::apex::{Slopes, SortKey};
 use crate::walk::bundle::half;
 
 /// The number of cells along each axis of a side of the cube: a power of two.
@@ -46,9 +46,9 @@ impl Sorter {
     pub(super) fn sort<X: Scalar>(
         &mut self,
         level: Level,
-        (common, rays): (Common, &[RayOf<X>]),
+        (key, rays): (SortKey, &[RayOf<X>]),
     ) -> &[u16] {
-        level.run(FindCells { common, rays, sorter: self });
+        level.run(FindCells { key, rays, sorter: self });
         let Self { cells, begins, order, .. } = self;
         begins.clear();
         begins.resize(SIDES * CELLS * CELLS, 0);
@@ -77,7 +77,7 @@ impl Sorter {
 
 /// Finds the cell of each ray.
 struct FindCells<'a, X> {
-    common: Common,
+    key: SortKey,
     rays: &'a [RayOf<X>],
     sorter: &'a mut Sorter,
 }
@@ -87,7 +87,7 @@ impl<X: Scalar> WithSimd for FindCells<'_, X> {
 
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let Self { common, rays, sorter: Sorter { sides, at: [across, along], cells, .. } } = self;
+        let Self { key, rays, sorter: Sorter { sides, at: [across, along], cells, .. } } = self;
         let padded = rays.len().next_multiple_of(LANES);
         for row in [&mut *sides, &mut *across, &mut *along] {
             row.resize(padded, 0.0);
@@ -99,10 +99,10 @@ impl<X: Scalar> WithSimd for FindCells<'_, X> {
         let splat = S::F32x16::splat;
         let (mut least, mut most) = ([splat(f32::INFINITY); 2], [splat(f32::NEG_INFINITY); 2]);
         for (i, rays) in rays.chunks(LANES).enumerate() {
-            let row = columns::<S, X>(rays, common);
-            let (side, at) = match common {
-                Common::Point => on_cube(row),
-                Common::Direction(dir) => on_plane(dir, row),
+            let row = columns::<S, X>(rays, key);
+            let (side, at) = match key {
+                SortKey::Point => on_cube(row),
+                SortKey::Direction(dir) => on_plane(dir, row),
             };
             for k in 0..2 {
                 (least[k], most[k]) = (at[k].min(least[k]), at[k].max(most[k]));
@@ -167,8 +167,8 @@ fn on_plane<F: Lanes<Scalar = f32>>(dir: [f32; 3], origin: Vec3<F>) -> (F, [F; 2
 /// Loads the directions of up to sixteen rays into lanes or, if the rays share a direction, their
 /// origins. The last ray fills the remaining lanes.
 #[inline(always)]
-fn columns<S: Simd, X: Scalar>(rays: &[RayOf<X>], common: Common) -> Vec3<S::F32x16> {
-    let (last, part) = (rays.len() - 1, usize::from(common == Common::Point));
+fn columns<S: Simd, X: Scalar>(rays: &[RayOf<X>], key: SortKey) -> Vec3<S::F32x16> {
+    let (last, part) = (rays.len() - 1, usize::from(key == SortKey::Point));
     if const { size_of::<X>() == size_of::<f32>() } {
         let rays: &[Ray] = bytemuck::cast_slice(rays);
         let [x, y, z, _] = S::columns(
@@ -235,7 +235,7 @@ mod tests {
 
     use super::Sorter;
     use crate::batch::apex::tests::{WIDTH, rays, to_sun};
-    use crate::batch::apex::{Bounds, Common, WIDE_WINDOW, WINDOW};
+    use crate::batch::apex::{Bounds, SortKey, WIDE_WINDOW, WINDOW};
 
     #[test]
     fn each_ray_has_a_place_and_neighbours_are_close() {
@@ -248,7 +248,7 @@ mod tests {
             let rays = &rays[..count];
             for level in Level::all() {
                 let mut sorter = Sorter::default();
-                let order = sorter.sort(level, (Common::Point, rays));
+                let order = sorter.sort(level, (SortKey::Point, rays));
                 let mut places = order.to_vec();
                 places.sort_unstable();
                 assert!(places.iter().map(|&i| usize::from(i)).eq(0..count), "{level:?} {count}");
@@ -259,14 +259,14 @@ mod tests {
         rays.retain(|ray| ray.dir.iter().all(|d| d.abs() < 10.0) && ray.dir[1] < -1.0);
         let rays = &rays[..WINDOW];
         let (mut sorter, sun) = (Sorter::default(), to_sun(rays));
-        for (common, rays) in [(Common::Point, rays), (Common::Direction(sun[0].dir), &sun)] {
-            let order = sorter.sort(Level::best(), (common, rays));
+        for (key, rays) in [(SortKey::Point, rays), (SortKey::Direction(sun[0].dir), &sun)] {
+            let order = sorter.sort(Level::best(), (key, rays));
             let sorted: Vec<Ray> = order.iter().map(|&i| rays[usize::from(i)]).collect();
             let area = |rays: &[Ray]| -> f32 {
                 let of = |rays: &[Ray]| {
                     let mut bounds = Bounds::NONE;
                     for ray in rays {
-                        bounds.add(common.position(ray));
+                        bounds.add(key.position(ray));
                     }
                     bounds.sizes()[1]
                 };

@@ -16,10 +16,10 @@ use crate::util::threads;
 /// these variants return the number of intersection tests. Result `i` belongs to `rays[i]`.
 ///
 /// Batches are faster if rays that are adjacent in the slice are also close in space. The fastest
-/// batches are images: rays that share an origin and are stored in rows of any width or in tiles,
-/// such as 32×32 pixels in Z-order. The library detects them and traces 1024 rays at a time in a
-/// narrow cone. Other coherent rays, such as parallel ones, are traced sixteen at a time. Results
-/// do not depend on the order.
+/// batches are images: rays that share an origin or a direction and are stored in rows of any width or
+/// in tiles, such as 32×32 pixels in Z-order. The library detects them and traces 1024 rays at a time
+/// in a narrow cone or tube. Other coherent rays are traced sixteen at a time. Results do not depend on
+/// the order.
 ///
 /// If a `Vec` of results cannot be allocated, the program aborts, as with any `Vec`; the `…_into`
 /// variants use your memory instead. Methods that return lists of hits report an error.

@@ -1,5 +1,5 @@
 //! Five forms of traversal: single rays (`single`), streams of incoherent rays (`stream`), packets
-//! of coherent rays (`packet`), bundles of rays that share an origin (`bundle`), and beams of
+//! of coherent rays (`packet`), bundles of rays of one apex (`bundle`), and beams of
 //! parallel rays (`beam`).
 
 pub(crate) mod beam;

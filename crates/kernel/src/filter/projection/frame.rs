@@ -4,7 +4,8 @@ use super::super::bound;
 use crate::simd::Lanes;
 use crate::simd::Vec3;
 
-/// An origin and three axes, orthonormal up to f32 rounding.
+/// An origin and three axes at right angles, up to f32 rounding. Their lengths are 1 unless the rays are
+/// parallel.
 ///
 /// ```
 /// use intertri::internal::Frame;
@@ -43,6 +44,8 @@ pub struct Parallel {
     pub length: f32,
     /// The number of units of x and y per unit of length.
     pub scale: f32,
+    /// The largest depth of an origin, in units of t.
+    pub deep: f32,
     /// The largest distance of an origin from the frame's origin.
     pub away: f32,
     /// The sign of the depth of the rays' direction: -1 if they are traced backward.
@@ -54,10 +57,10 @@ pub struct Parallel {
 pub enum Apex {
     /// A point of space.
     Finite,
-    /// A point at infinity: the rays are parallel. `off` bounds the error of the depths at which they
-    /// start.
+    /// A point at infinity: the rays are parallel. `off` bounds the errors of the depths at which they
+    /// start, and of the ends of copies, in units of t.
     AtInfinity {
-        /// The bound, in units of t.
+        /// The bound.
         off: f32,
     },
 }
@@ -203,7 +206,7 @@ impl Frame {
         let [depth, right, up] = axes.map(|axis| each(axis).map(|x| x as f32));
         let length = square.sqrt() as f32;
         let away = bound::ACROSS / scale + deep * length;
-        let parallel = Some(Parallel { length, scale, away, forward });
+        let parallel = Some(Parallel { length, scale, deep, away, forward });
         let (off, reach, shares) = (0.0, [0.0; 2], Shares::PLAIN);
         Self { origin, depth, right, up, dual, off, reach, shares, parallel }
     }
@@ -313,10 +316,7 @@ impl Frame {
                     & points.z.ge(F::splat(bound::SHORTEST_DIR))
                     & points.z.le(F::splat(bound::LARGEST))
             }
-            Some(Parallel { length, scale, away, .. }) => {
-                let deep = (away - bound::ACROSS / scale) / length;
-                across & points.z.abs().le(F::splat(deep))
-            }
+            Some(Parallel { deep, .. }) => across & points.z.abs().le(F::splat(deep)),
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Projects rays from one origin to points on a plane, and triangles to linear forms on that plane.
+//! Projects rays of one apex to points on a plane, and triangles to linear forms on that plane. The
+//! apex is an origin, an end, or, for parallel rays, a point at infinity.
 //!
 //! ```text
 //!        up                  A ray along d is the point (x, y) = (d·right, d·up) / d·depth.

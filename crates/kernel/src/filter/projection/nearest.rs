@@ -1,4 +1,4 @@
-//! The nearest hits of rays from one origin, and the test that finds them.
+//! The nearest hits of rays of one apex, and the test that finds them.
 
 use super::frame::{Apex, Points, at};
 use super::outline::Outline;
@@ -197,7 +197,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
 
         // A lane is a hit if it certainly passes all tests.
         let inside = weight.gt(F::splat(1.0))
-            & s.gt(F::splat(outline.parallel))
+            & s.gt(F::splat(outline.slanted))
             & s_hi.lt(ranges.near_lo)
             & s_lo.gt(F::splat(outline.horizon));
         let hit = (sure & maybe & inside).bits() & live;

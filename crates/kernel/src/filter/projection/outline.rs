@@ -47,14 +47,15 @@ pub struct Outlines {
     u: [[f32; 16]; 3],
     v: [[f32; 16]; 3],
     w: [[f32; 16]; 3],
-    /// The inverse depth of the plane, positive in front; NaN if T is not known accurately enough.
+    /// The inverse depth of the plane, positive in front; NaN if the sign of T or, for parallel
+    /// rays, of D is not known.
     s: [[f32; 16]; 3],
     /// The error bound on s.
     err: [f32; 16],
     /// If |s| is at most this value, the ray grazes the plane, and nothing is decided.
     least: [f32; 16],
     /// If s exceeds this value, the ray is certainly not parallel to the plane.
-    parallel: [f32; 16],
+    slanted: [f32; 16],
     /// The lowest x and y of a rectangle that contains the projected triangle.
     lo: [[f32; 16]; 2],
     /// The highest x and y of the rectangle.
@@ -110,7 +111,7 @@ pub struct Outline {
     pub(super) s: [f32; 3],
     pub(super) err: f32,
     pub(super) least: f32,
-    pub(super) parallel: f32,
+    pub(super) slanted: f32,
     pub(super) horizon: f32,
     unit: f32,
     lo: [f32; 2],
@@ -140,7 +141,7 @@ impl Outlines {
             s,
             err,
             least,
-            parallel,
+            slanted,
             rectangle,
             horizon,
         } = match &frame.parallel {
@@ -148,7 +149,8 @@ impl Outlines {
             Some(limits) => Forms::along::<S>(blocks, frame, limits),
         };
 
-        // Wherever a ray hits the triangle, T has the same sign as D.
+        // Wherever a ray hits the triangle, T has the same sign as D. `turn` is the one that is the
+        // same for all rays.
         let nothing = S::F32x16::splat(f32::NAN);
         let one = S::F32x16::splat(1.0);
         // If the sign is unknown, edges of different signs still prove a miss, provided that hits
@@ -167,7 +169,7 @@ impl Outlines {
             s: three(Vec3 { x: inverse, y: along_x, z: along_y }),
             err: sixteen(err),
             least: sixteen(least),
-            parallel: sixteen(parallel),
+            slanted: sixteen(slanted),
             lo: [sixteen(left), sixteen(down)],
             hi: [sixteen(right), sixteen(up)],
             unit: sixteen(unit),
@@ -222,7 +224,7 @@ impl Outlines {
             s: [self.s[0][i], self.s[1][i], self.s[2][i]],
             err: self.err[i],
             least: self.least[i],
-            parallel: self.parallel[i],
+            slanted: self.slanted[i],
             unit: self.unit[i],
             horizon: self.horizon,
             lo: [self.lo[0][i], self.lo[1][i]],
@@ -249,7 +251,7 @@ impl Outline {
         )
     }
 
-    /// Returns whether the origin is so close to the triangle's plane that its side of the plane is
+    /// Returns whether the apex is so close to the triangle's plane that its side of the plane is
     /// unknown.
     #[inline(always)]
     pub(super) fn is_edge_on(&self) -> bool {
@@ -346,7 +348,7 @@ struct Forms<F: Lanes> {
     s: [F; 3],
     err: F,
     least: F,
-    parallel: F,
+    slanted: F,
     /// The smallest and largest x, and the smallest and largest y.
     rectangle: [(F, F); 2],
     horizon: f32,

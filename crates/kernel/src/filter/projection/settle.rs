@@ -33,8 +33,8 @@ pub struct Settle<'a, T, I> {
     pub find: T,
     /// Returns the index of the triangle in a slot.
     pub index: I,
-    /// Whether the rays in the bundle are reversed, so that they start at their common end. In that
-    /// case, the test determines only whether the rays hit, and every t is 0.
+    /// Whether the rays in the bundle are traced backward, from their common end or from infinity. In
+    /// that case, the test determines only whether the rays hit, and every t is 0.
     pub reversed: bool,
 }
 

@@ -20,8 +20,8 @@ use crate::util::lane_ops::{smallest, total};
 /// `docs/numerics/hierarchy.md`, section 5, derives it.
 const ROUNDING: f32 = 20.0 / (1 << 24) as f32;
 
-/// The error of the points of parallel rays: 6u.
-const PLACE: f32 = 6.0 / (1 << 24) as f32;
+/// The error of the points of parallel rays, and of the points of the originals of copies: 9u.
+const PLACE: f32 = 9.0 / (1 << 24) as f32;
 
 /// A bound on the ratio of a ray's length to its depth, including the rounding of inverse depths.
 const LEAN: f32 = 1.25;

@@ -1,4 +1,4 @@
-//! The frustum around rays that share an origin, tested against the eight boxes of a node.
+//! The frustum around rays of one apex, tested against the eight boxes of a node.
 //!
 //! Based on Reshetov, Soupikov, and Hurley, *Multi-Level Ray Tracing Algorithm* (2005): a node is
 //! culled for all rays at once.
@@ -26,7 +26,7 @@ const MARGIN: f32 = 1.0 / (1 << 18) as f32;
 
 /// The padding of planes around parallel rays, as a fraction of the largest distance of an origin
 /// from the frame's: 24u.
-const BEGIN: f32 = 24.0 / (1 << 24) as f32;
+const PAD_AWAY: f32 = 24.0 / (1 << 24) as f32;
 
 /// Four planes around rays of one apex, and the main axis of the rays.
 #[derive(Clone, Copy, Debug)]
@@ -64,7 +64,7 @@ impl Frustum {
     /// Creates the volume around parallel rays: the planes do not meet in the apex.
     fn parallel(
         frame: &Frame,
-        Parallel { length, scale, away, forward }: Parallel,
+        Parallel { length, scale, away, forward, .. }: Parallel,
         (lo, hi): ([f32; 2], [f32; 2]),
         margin: &Margin,
     ) -> Self {
@@ -78,7 +78,7 @@ impl Frustum {
             let tilt = MARGIN * scale;
             let normal = [0, 1, 2].map(|k| sign * across[k] + tilt * along[k]);
             let plane = CullingPlane::new(normal, frame, margin);
-            let pad = BEGIN * away * plane.size() + 4.0 * BEGIN;
+            let pad = PAD_AWAY * away * plane.size() + 4.0 * PAD_AWAY;
             plane.moved(sign * bound - tilt * away * 1.01, pad)
         };
         let sides = [
@@ -88,7 +88,7 @@ impl Frustum {
             side(up, hi[1], -1.0),
         ];
         let axis = CullingPlane::new(depth, frame, margin);
-        let pad = BEGIN * away * axis.size();
+        let pad = PAD_AWAY * away * axis.size();
         Self { sides, axis: axis.moved(0.0, pad), octant: 0 }
     }
 

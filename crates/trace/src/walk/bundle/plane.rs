@@ -1,4 +1,4 @@
-//! A plane through the origin of a bundle, tested against the eight boxes of a node.
+//! A plane next to the rays of a bundle, tested against the eight boxes of a node.
 
 use intertri::internal::Frame;
 use intertri::simd::Lanes;
@@ -9,11 +9,11 @@ use crate::tree::{Margin, Node};
 /// errors are proportional to the distance, and callers account for them.
 const PAD: f32 = 10.0 / (1 << 24) as f32;
 
-/// A plane through the origin of a bundle, given by its normal.
+/// A plane, given by its normal.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CullingPlane {
     normal: [f32; 3],
-    /// The dot product `normal · origin`.
+    /// The dot product of the normal and a point of the plane.
     at: f32,
     /// A bound on the rounding error of a distance from the plane.
     pub(crate) pad: f32,

@@ -47,7 +47,7 @@ pub(crate) struct Projection<S: Simd> {
     pub(crate) groups: [Group<S>; GROUPS],
     /// The number of packets in use.
     pub(crate) used: usize,
-    /// A lower bound on the z of all rays.
+    /// A lower bound on the z of all rays. It is not used for parallel rays.
     pub(crate) slowest: f32,
     /// The combined near ends of all rays.
     pub(crate) ranges: Ranges<S::F32x16>,

@@ -31,6 +31,9 @@ const SLANTED: f32 = (1 << 12) as f32;
 /// The same limit for the coordinates of the origins (2^18): boxes would be too wide.
 const FAR_OUT: f32 = (1 << 18) as f32;
 
+/// The same limit for the coordinates of the scene (2^58): products would overflow.
+const FARTHEST: f32 = (1_u64 << 58) as f32;
+
 /// The largest extent of parallel rays, and the inverse of the smallest (2^30).
 const LARGEST_SPREAD: f32 = (1 << 30) as f32;
 
@@ -108,7 +111,8 @@ fn frame_along<S: Simd>(all: &[Ray], backward: bool, reach: f32) -> Option<Frame
     let is_wide = across.max(deep * length) < LARGEST_SPREAD
         && across > 1.0 / LARGEST_SPREAD
         && SLANTED * across > deep * length
-        && FAR_OUT * across > away;
+        && FAR_OUT * across > away
+        && FARTHEST * across > reach;
     let deep = DEEPER * deep + across / length;
     is_wide.then(|| Frame::parallel(middle, (dir, forward), right, SAMPLED / across, deep))
 }

@@ -1,4 +1,4 @@
-//! Traces bundles: many rays from one origin, such as camera rays or rays from a light.
+//! Traces bundles: many rays of one apex, such as camera rays, rays from a light, or parallel rays.
 //!
 //! ```text
 //!   frustum ──► boxes of nodes ──► triangles of a leaf, projected eight at a time

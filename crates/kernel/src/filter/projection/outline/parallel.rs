@@ -64,14 +64,16 @@ impl<F: Lanes<Scalar = f32>> Forms<F> {
 
         let room =
             (from + h + splat(away + bound::COPY_APART * apart)) * splat(shares.room * scale);
-        let (room, known) = (room + splat(bound::ROOM_SCREEN), from.lt(splat(bound::LARGEST)));
+        // Next to a coordinate that is too large, `h` is NaN.
+        let known = from.lt(splat(bound::LARGEST)) & room.lt(splat(f32::INFINITY));
+        let room = room + splat(bound::ROOM_SCREEN);
         let rectangle =
             [around([a[0], b[0], c[0]], room, known), around([a[1], b[1], c[1]], room, known)];
 
         // If the sign of D is known, no ray grazes the plane.
-        let (least, parallel) = (splat(-1.0), splat(f32::NEG_INFINITY));
+        let (least, slanted) = (splat(-1.0), splat(f32::NEG_INFINITY));
         let horizon = f32::NEG_INFINITY;
-        Self { edges: [u, v, w], unit, turn, sure, s, err, least, parallel, rectangle, horizon }
+        Self { edges: [u, v, w], unit, turn, sure, s, err, least, slanted, rectangle, horizon }
     }
 }
 

@@ -24,8 +24,8 @@ impl<F: Lanes<Scalar = f32>> Forms<F> {
         let rectangle = corners.rectangle(planes.turn, frame, exact);
         let (edges, unit) = corners.edges(frame);
         let sure = planes.is_sure(corners.a.norm1(), sizes.size, frame);
-        let (Planes { s, turn, .. }, Sizes { err, least, parallel, .. }) = (planes, sizes);
-        Self { edges, unit, turn, sure, s, err, least, parallel, rectangle, horizon: 0.0 }
+        let (Planes { s, turn, .. }, Sizes { err, least, slanted, .. }) = (planes, sizes);
+        Self { edges, unit, turn, sure, s, err, least, slanted, rectangle, horizon: 0.0 }
     }
 }
 
@@ -90,7 +90,7 @@ pub(super) struct Sizes<F> {
     pub(super) size: F,
     pub(super) err: F,
     least: F,
-    parallel: F,
+    slanted: F,
 }
 
 impl<F: Lanes<Scalar = f32>> Sizes<F> {
@@ -122,8 +122,8 @@ impl<F: Lanes<Scalar = f32>> Sizes<F> {
         // Below this, the ray grazes the plane, and the sign of D is unknown:
         // `GRAZING LEAN q + SCREEN |s|₁`.
         let least = size.mul_add(splat(shares.screen), q * splat(bound::GRAZING * bound::LEAN));
-        let parallel = size.mul_add(splat(parallel), least);
-        Self { size, err, least, parallel }
+        let slanted = size.mul_add(splat(parallel), least);
+        Self { size, err, least, slanted }
     }
 }
 
