@@ -113,7 +113,10 @@ impl WithSimd for TraceChunk<'_, '_> {
     fn run<S: Simd>(self) -> Counts {
         let Self { chunk, mut output, choice } = self;
         let (all, any) = (chunk.rays, output.any());
-        let mut tracer = Tracer::<S>::new(&chunk, &output, choice);
+        let mut projection = Projection::<S>::empty();
+        let mut scratch = Scratch::default();
+        let memory = (&mut projection, &mut scratch);
+        let mut tracer = Tracer::<S>::new(&chunk, &output, choice, memory);
         let (mut counts, mut others, mut at, mut size) = (Counts::default(), vec![], 0, RAYS);
         while at < all.len() {
             stop::check();
@@ -174,14 +177,20 @@ struct Tracer<'a, 'b, S: Simd> {
     patience: [Patience; 2],
     /// How parallel rays are traced.
     choice: &'b mut Choice,
-    projection: Projection<S>,
-    scratch: Scratch,
+    /// References, because these are large and slow to move.
+    projection: &'b mut Projection<S>,
+    scratch: &'b mut Scratch,
     results: Results,
 }
 
 impl<'a, 'b, S: Simd> Tracer<'a, 'b, S> {
     #[inline(always)]
-    fn new(chunk: &Chunk<'a>, output: &BatchOutput<'_>, choice: &'b mut Choice) -> Self {
+    fn new(
+        chunk: &Chunk<'a>,
+        output: &BatchOutput<'_>,
+        choice: &'b mut Choice,
+        (projection, scratch): (&'b mut Projection<S>, &'b mut Scratch),
+    ) -> Self {
         let Chunk { tree, filter, selection, .. } = *chunk;
         let (any, every, is_plain) = (output.any(), output.every(), selection.is_none());
         Self {
@@ -193,8 +202,8 @@ impl<'a, 'b, S: Simd> Tracer<'a, 'b, S> {
             packets: Packets::new(tree, filter, is_plain && !every),
             patience: [BUNDLE_PATIENCE, REVERSAL_PATIENCE].map(Patience::new),
             choice,
-            projection: Projection::<S>::empty(),
-            scratch: Scratch::default(),
+            projection,
+            scratch,
             results: Results::default(),
         }
     }
@@ -309,7 +318,7 @@ impl<'a, 'b, S: Simd> Tracer<'a, 'b, S> {
             #[inline(always)]
             || {
                 let (Chunk { tree, filter, .. }, any, every) = (*chunk, *any, *every);
-                let scratch = (projection, scratch, &mut *results);
+                let scratch = (&mut **projection, &mut **scratch, &mut *results);
                 Bundle { tree, filter, any, every, limit }.trace::<S>(bundle, scratch, counts)
             },
         );

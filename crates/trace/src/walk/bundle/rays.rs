@@ -43,42 +43,51 @@ impl Common {
 /// Returns whether all rays start at the same point, bit for bit.
 #[inline(always)]
 pub(crate) fn shares_origin(rays: &[Ray]) -> bool {
-    shared(rays, 0).is_some()
+    shared::<0>(rays).is_some()
 }
 
 /// Returns whether all rays have the same direction, bit for bit.
 #[inline(always)]
 pub(crate) fn shares_direction(rays: &[Ray]) -> bool {
-    shared(rays, 4).is_some()
+    shared::<1>(rays).is_some()
 }
 
 /// If all rays have the same direction, returns whether none of them has a far end.
 #[inline(always)]
 pub(crate) fn endless_direction(rays: &[Ray]) -> Option<bool> {
-    shared(rays, 4).map(|is_same| is_same && rays[0].t_max == f32::INFINITY)
+    shared::<1>(rays).map(|is_same| is_same && rays[0].t_max == f32::INFINITY)
 }
 
-/// Checks whether the three components of all rays starting with `from` are the same. If so, returns
-/// whether the fourth is also the same.
+/// Checks whether the first three numbers in a half of all rays are the same. If so, returns whether
+/// the fourth is also the same.
 #[inline(always)]
-fn shared(rays: &[Ray], from: usize) -> Option<bool> {
+fn shared<const HALF: usize>(rays: &[Ray]) -> Option<bool> {
     let [first, second, .., last] = rays else { return None };
-    let first = bits(first);
+    let first = bits::<HALF>(first);
     let mut other = [0; 4];
-    let mut add = |ray: &Ray| {
-        let ray = bits(ray);
-        for k in 0..4 {
-            other[k] |= first[from + k] ^ ray[from + k];
-        }
-        other
-    };
-    add(second);
-    if add(last)[..3] == [0; 3] {
+    differ(first, bits::<HALF>(second), &mut other);
+    differ(first, bits::<HALF>(last), &mut other);
+    if other[..3] == [0; 3] {
         for ray in rays {
-            add(ray);
+            differ(first, bits::<HALF>(ray), &mut other);
         }
     }
     (other[..3] == [0; 3]).then_some(other[3] == 0)
+}
+
+/// Returns the bit patterns of half of a ray.
+#[inline(always)]
+fn bits<const HALF: usize>(ray: &Ray) -> &[u32; 4] {
+    let halves: &[[u32; 4]; 2] = bytemuck::cast_ref(ray);
+    &halves[HALF]
+}
+
+/// Records the bits in which four numbers differ.
+#[inline(always)]
+fn differ(a: &[u32; 4], b: &[u32; 4], other: &mut [u32; 4]) {
+    for k in 0..4 {
+        other[k] |= a[k] ^ b[k];
+    }
 }
 
 /// Returns the origin and `t_min` of a ray, or its direction and `t_max`.
@@ -86,10 +95,4 @@ fn shared(rays: &[Ray], from: usize) -> Option<bool> {
 pub(crate) fn half(ray: &Ray, half: usize) -> &[f32; 4] {
     let halves: &[[f32; 4]; 2] = bytemuck::cast_ref(ray);
     &halves[half]
-}
-
-/// Returns the bit patterns of a ray's components.
-#[inline(always)]
-fn bits(ray: &Ray) -> &[u32; 8] {
-    bytemuck::cast_ref(ray)
 }
