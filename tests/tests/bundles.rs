@@ -2,10 +2,8 @@
 //! results with a plain loop that calls the reference implementation.
 
 use crate::common;
-use intertri::simd::Level;
 use intertri::{Ray, Triangle};
 use intertri_lab::rng::Rng;
-use intertri_tests::{as_source, check_hierarchy};
 
 /// Generates rays with the same origin as `ray` and similar directions: scattered, on a raster, or
 /// aimed at corners and edges. Some of the aimed rays end at their targets.
@@ -38,27 +36,11 @@ fn coherent(ray: &Ray, triangles: &[Triangle], rng: &mut Rng, count: usize) -> V
 }
 
 fn scenes(each: usize, seed: u64) {
-    let levels: Vec<Level> = Level::all().collect();
-    common::each_family(|_, family| {
-        let mut rng = Rng::new(seed);
-        for i in 0..each {
-            let mut scene = common::scene(family, &mut rng, size(i), 8);
-            let ray = rng.pick(&scene.rays);
-            let count = 2 + rng.below(if i % 4 == 3 { 1498 } else { 298 });
-            scene.rays = coherent(&ray, &scene.triangles, &mut rng, count);
-            let level = &levels[i % levels.len()..][..1];
-            if let Err(difference) = check_hierarchy(&scene, level) {
-                let small =
-                    if scene.triangles.len() < 20 { as_source(&scene) } else { String::new() };
-                panic!("{} (seed {seed}, scene {i}): {difference}\n{small}", family.name);
-            }
-        }
+    common::check_scenes(each, seed, |i, scene, rng| {
+        let ray = rng.pick(&scene.rays);
+        let count = 2 + rng.below(if i % 4 == 3 { 1498 } else { 298 });
+        scene.rays = coherent(&ray, &scene.triangles, rng, count);
     });
-}
-
-/// Returns the number of triangles in the i-th scene, from one to a few hundred.
-fn size(i: usize) -> usize {
-    [1, 3, 8, 20, 60, 150, 400][i % 7]
 }
 
 #[test]

@@ -7,7 +7,7 @@ use intertri::simd::{Level, Simd, Vec3, WithSimd};
 use intertri::{Mode, Ray, Triangle, TriangleBlock};
 use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;
-use intertri_tests::{as_source, check_hierarchy};
+use intertri_tests::check_hierarchy;
 
 type V = [f64; 3];
 
@@ -81,26 +81,14 @@ fn in_one_direction(ray: &Ray, triangles: &[Triangle], rng: &mut Rng, count: usi
 }
 
 fn scenes(each: usize, seed: u64) {
-    let levels: Vec<Level> = Level::all().collect();
-    common::each_family(|_, family| {
-        let mut rng = Rng::new(seed);
-        for i in 0..each {
-            let size = [1, 3, 8, 20, 60, 150, 400][i % 7];
-            let mut scene = common::scene(family, &mut rng, size, 8);
-            let ray = rng.pick(&scene.rays);
-            // The first 256 rays are traced in packets, and the next in a bundle.
-            let count = if i % 4 == 0 { 2 + rng.below(298) } else { 260 + rng.below(900) };
-            scene.rays = in_one_direction(&ray, &scene.triangles, &mut rng, count);
-            // One ray may have another direction.
-            if rng.one_in(10) {
-                scene.rays[rng.below(count)].dir = ray.dir;
-            }
-            let level = &levels[i % levels.len()..][..1];
-            if let Err(difference) = check_hierarchy(&scene, level) {
-                let small =
-                    if scene.triangles.len() < 20 { as_source(&scene) } else { String::new() };
-                panic!("{} (seed {seed}, scene {i}): {difference}\n{small}", family.name);
-            }
+    common::check_scenes(each, seed, |i, scene, rng| {
+        let ray = rng.pick(&scene.rays);
+        // The first 256 rays are traced in packets, and the next in a bundle.
+        let count = if i % 4 == 0 { 2 + rng.below(298) } else { 260 + rng.below(900) };
+        scene.rays = in_one_direction(&ray, &scene.triangles, rng, count);
+        // One ray may have another direction.
+        if rng.one_in(10) {
+            scene.rays[rng.below(count)].dir = ray.dir;
         }
     });
 }

@@ -2,10 +2,8 @@
 //! the results with a plain loop that calls the reference implementation.
 
 use crate::common;
-use intertri::simd::Level;
 use intertri::{Ray, Triangle};
 use intertri_lab::rng::Rng;
-use intertri_tests::{as_source, check_hierarchy};
 
 type V = [f64; 3];
 
@@ -72,32 +70,21 @@ fn seen_together(light: V, triangles: &[Triangle], rng: &mut Rng) -> Vec<Triangl
 }
 
 fn scenes(each: usize, seed: u64) {
-    let levels: Vec<Level> = Level::all().collect();
-    common::each_family(|_, family| {
-        let mut rng = Rng::new(seed);
-        for i in 0..each {
-            let mut scene = common::scene(family, &mut rng, [1, 3, 8, 20, 60, 150, 400][i % 7], 8);
-            let ray = rng.pick(&scene.rays);
-            let size = ray.dir.iter().fold(0.0, |m: f64, x| m.max(f64::from(x.abs())));
-            let light = to_f64(ray.origin).map(|x| x + size * rng.signed());
-            let scatter = [0.0, 1e-8, 1e-7, 4e-7][i % 4];
-            let count = 2 + rng.below(if i % 4 == 3 { 1498 } else { 298 });
-            let seen = seen_together(light, &scene.triangles, &mut rng);
-            scene.rays = to_light(light, &seen, scatter, &mut rng, count);
+    common::check_scenes(each, seed, |i, scene, rng| {
+        let ray = rng.pick(&scene.rays);
+        let size = ray.dir.iter().fold(0.0, |m: f64, x| m.max(f64::from(x.abs())));
+        let light = to_f64(ray.origin).map(|x| x + size * rng.signed());
+        let scatter = [0.0, 1e-8, 1e-7, 4e-7][i % 4];
+        let count = 2 + rng.below(if i % 4 == 3 { 1498 } else { 298 });
+        let seen = seen_together(light, &scene.triangles, rng);
+        scene.rays = to_light(light, &seen, scatter, rng, count);
 
-            // Replace one ray with an unrelated one, and let another extend beyond the light.
-            if rng.one_in(5) {
-                scene.rays[rng.below(count)] = ray;
-            }
-            if rng.one_in(3) {
-                scene.rays[rng.below(count)].t_max *= 10.0;
-            }
-            let level = &levels[i % levels.len()..][..1];
-            if let Err(difference) = check_hierarchy(&scene, level) {
-                let small =
-                    if scene.triangles.len() < 20 { as_source(&scene) } else { String::new() };
-                panic!("{} (seed {seed}, scene {i}): {difference}\n{small}", family.name);
-            }
+        // Replace one ray with an unrelated one, and let another extend beyond the light.
+        if rng.one_in(5) {
+            scene.rays[rng.below(count)] = ray;
+        }
+        if rng.one_in(3) {
+            scene.rays[rng.below(count)].t_max *= 10.0;
         }
     });
 }

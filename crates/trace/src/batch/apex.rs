@@ -9,6 +9,7 @@
 
 use intertri::{Ray, RayOf, Scalar, Threshold};
 
+use crate::walk::beam::ProjectionPlane;
 use crate::walk::bundle::{CommonEnd, shares_direction, shares_origin};
 
 /// The number of rays that are sorted together. Twice as many were slower for shadow rays in rows.
@@ -73,32 +74,11 @@ impl SortKey {
                 ray.dir.map(|d| d / longest)
             }
             Self::Direction(dir) => {
-                let slopes = Slopes::of(dir);
-                let along = ray.origin[slopes.along];
-                [0, 1, 2].map(|k| ray.origin[k] - along * slopes.of_axes[k])
+                let plane = ProjectionPlane::new(dir.map(f64::from));
+                let [a, b] = plane.place(ray.origin.map(f64::from));
+                [a as f32, b as f32, 0.0]
             }
         }
-    }
-}
-
-/// The slopes of a direction, relative to its largest component.
-pub(super) struct Slopes {
-    /// The axis of the largest component.
-    pub(super) along: usize,
-    pub(super) of_axes: [f32; 3],
-}
-
-impl Slopes {
-    pub(super) fn of(dir: [f32; 3]) -> Self {
-        let [x, y, z] = dir.map(f32::abs);
-        let along = if x >= y && x >= z {
-            0
-        } else if y >= z {
-            1
-        } else {
-            2
-        };
-        Self { along, of_axes: dir.map(|d| d / dir[along]) }
     }
 }
 

@@ -8,8 +8,8 @@
 use crate::util::patience::Patience;
 use crate::walk::bundle::Outcome;
 
-/// Costs in nanoseconds, for closest hits and for any hit. They are from measurements on two scenes;
-/// only their ratios matter.
+/// Costs in nanoseconds, for closest hits and for any hit. They are from measurements on one machine
+/// (docs/notes/2026-11-29-parallel-bundles.md); only their ratios matter.
 #[derive(Clone, Copy)]
 struct Costs {
     /// The cost of a ray in a bundle that takes no work.

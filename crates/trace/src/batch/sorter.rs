@@ -11,7 +11,8 @@
 use intertri::simd::{Lanes, Level, Simd, Vec3, WithSimd};
 use intertri::{Ray, RayOf, Scalar};
 
-use super::apex::{Slopes, SortKey};
+use super::apex::SortKey;
+use crate::walk::beam::ProjectionPlane;
 use crate::walk::bundle::half;
 
 /// The number of cells along each axis of a side of the cube: a power of two.
@@ -154,13 +155,14 @@ fn on_cube<F: Lanes<Scalar = f32>>(dir: Vec3<F>) -> (F, [F; 2]) {
 /// all, and the position on the plane.
 #[inline(always)]
 fn on_plane<F: Lanes<Scalar = f32>>(dir: [f32; 3], origin: Vec3<F>) -> (F, [F; 2]) {
-    let Slopes { along, of_axes: [x, y, z] } = Slopes::of(dir);
-    let (from, [a, b], [of_a, of_b]) = match along {
-        0 => (origin.x, [origin.y, origin.z], [y, z]),
-        1 => (origin.y, [origin.z, origin.x], [z, x]),
-        _ => (origin.z, [origin.x, origin.y], [x, y]),
+    let ProjectionPlane { axes, slope } = ProjectionPlane::new(dir.map(f64::from));
+    let [along, a, b] = match axes[0] {
+        0 => [origin.x, origin.y, origin.z],
+        1 => [origin.y, origin.z, origin.x],
+        _ => [origin.z, origin.x, origin.y],
     };
-    let at = [from.mul_add(F::splat(-of_a), a), from.mul_add(F::splat(-of_b), b)];
+    let [to_a, to_b] = slope.map(|slope| F::splat(-slope as f32));
+    let at = [along.mul_add(to_a, a), along.mul_add(to_b, b)];
     (F::splat(ROUND), at)
 }
 

@@ -175,7 +175,8 @@ impl Frame {
     /// `1 / (2 scale)` of the frame's origin along `right`, and across it, are on the projection.
     /// `deep` limits the depths at which rays start. `right` must be perpendicular to `dir`, up to
     /// rounding. If `forward` is -1 instead of 1, rays are traced backward, from infinity to their
-    /// origins: the direction and every t change their signs. `docs/numerics/projection.md`, section 7, has the limits of these numbers.
+    /// origins: the direction and every t change their signs. `docs/numerics/projection.md`, section
+    /// 7, has the limits of these numbers.
     ///
     /// ```
     /// use intertri::internal::Frame;

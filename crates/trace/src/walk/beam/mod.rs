@@ -17,3 +17,4 @@ mod winding;
 
 pub(crate) use order::order;
 pub(crate) use traverse::Beams;
+pub(crate) use tube::ProjectionPlane;

@@ -26,16 +26,16 @@ const FAR_OUT: f32 = f32::from_bits((127 + 100) << 23);
 /// A plane through the coordinate origin, perpendicular to a coordinate axis, onto which points are
 /// projected along a direction.
 #[derive(Clone, Copy)]
-pub(super) struct ProjectionPlane {
+pub(crate) struct ProjectionPlane {
     /// The axis of the direction's largest component, followed by the other two axes.
-    axes: [usize; 3],
+    pub(crate) axes: [usize; 3],
     /// The direction's slopes along the other two axes.
-    slope: [f64; 2],
+    pub(crate) slope: [f64; 2],
 }
 
 impl ProjectionPlane {
     #[inline(always)]
-    pub(super) fn new(dir: [f64; 3]) -> Self {
+    pub(crate) fn new(dir: [f64; 3]) -> Self {
         let [x, y, z] = dir.map(f64::abs);
         let axes @ [along, a, b] = if x >= y && x >= z {
             [0, 1, 2]
@@ -49,7 +49,7 @@ impl ProjectionPlane {
 
     /// Returns the intersection of the plane with the line through a point.
     #[inline(always)]
-    pub(super) fn place(&self, point: [f64; 3]) -> [f64; 2] {
+    pub(crate) fn place(&self, point: [f64; 3]) -> [f64; 2] {
         let ([along, a, b], [to_a, to_b]) = (self.axes, self.slope);
         [point[a] - point[along] * to_a, point[b] - point[along] * to_b]
     }

@@ -21,7 +21,7 @@ use crate::util::lane_ops::{smallest, total};
 const ROUNDING: f32 = 20.0 / (1 << 24) as f32;
 
 /// The error of the points of parallel rays, and of the points of the originals of copies: 9u.
-const PLACE: f32 = 9.0 / (1 << 24) as f32;
+const POINTS: f32 = 9.0 / (1 << 24) as f32;
 
 /// A bound on the ratio of a ray's length to its depth, including the rounding of inverse depths.
 const LEAN: f32 = 1.25;
@@ -99,7 +99,7 @@ fn form<S: Simd>(projection: &Projection<S>) -> (Option<[f32; 3]>, f32) {
     // The points of parallel rays are less exact.
     let rounding = match projection.frame.parallel_rays() {
         None => ROUNDING,
-        Some(rays) => ROUNDING + PLACE * rays.scale * rays.away,
+        Some(rays) => ROUNDING + POINTS * rays.scale * rays.away,
     };
     let form = (size < LARGEST).then_some([least - rounding * size, along_x, along_y]);
     (form, ends)

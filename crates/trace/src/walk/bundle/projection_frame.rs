@@ -92,22 +92,26 @@ fn frame_along<S: Simd>(all: &[Ray], backward: bool, reach: f32) -> Option<Frame
     }
     let step = [0, 1, 2].map(|k| all[1].origin[k] - first[k]);
     let (dir, forward) = (all[0].dir, if backward { -1.0 } else { 1.0 });
-    let [right, _] = axes_across(dir, middle, step, &spread, reach)?;
+    let size = dir.iter().fold(0.0, |most: f32, x| most.max(x.abs()));
+    let away = middle.iter().fold(0.0, |most: f32, x| most.max(x.abs()));
+    if !(size < LARGEST && size > 1.0 / LARGEST && away < LARGEST && reach < LARGEST_REACH) {
+        return None;
+    }
+    let [right, _] = axes_across(unit(dir)?, step, &spread)?;
 
     // The extent of the origins along these axes.
-    let unit = Frame::parallel(middle, (dir, forward), right, 1.0, 0.0);
+    let unscaled = Frame::parallel(middle, (dir, forward), right, 1.0, 0.0);
     let (mut across, mut deep) = (splat(0.0), splat(0.0));
     for begin in begins {
         let [x, y, z, _] = S::columns(
             #[inline(always)]
             |i| some(begin, i),
         );
-        let at = unit.origins(Vec3 { x, y, z });
+        let at = unscaled.origins(Vec3 { x, y, z });
         (across, deep) = (across.max(at.x.abs()).max(at.y.abs()), deep.max(at.z.abs()));
     }
     let [across, deep] = [-smallest::<S>(-across), -smallest::<S>(-deep)];
-    let length = unit.parallel_rays()?.length;
-    let away = middle.iter().fold(0.0, |most: f32, x| most.max(x.abs()));
+    let length = unscaled.parallel_rays()?.length;
     let is_wide = across.max(deep * length) < LARGEST_SPREAD
         && across > 1.0 / LARGEST_SPREAD
         && SLANTED * across > deep * length
@@ -132,35 +136,24 @@ fn toward<F: Lanes<Scalar = f32>>(
         return None;
     }
     let depth = unit(sum)?;
-    let mut across = across(depth, step)?;
-    // With an axis along the spread, the bounding rectangles of packets are tight
-    // (`principal_axis`).
-    if let Some(axis) = spread.principal_axis(across) {
-        across = self::across(depth, axis)?;
-    }
-    Some(Frame::new(origin, depth, across[0], across[1]))
+    let [right, up] = axes_across(depth, step, spread)?;
+    Some(Frame::new(origin, depth, right, up))
 }
 
-/// Chooses two axes perpendicular to the common direction `dir` of rays, as for [`toward`]: the origins
-/// spread most along one of them. Returns `None` if numbers are too large or too small.
+/// Chooses two axes perpendicular to `depth`. One of them follows the direction of the spread or, if no
+/// direction stands out, `step`.
 #[inline(always)]
 fn axes_across<F: Lanes<Scalar = f32>>(
-    dir: [f32; 3],
-    middle: [f32; 3],
+    depth: [f32; 3],
     step: [f32; 3],
     spread: &Spread<F>,
-    reach: f32,
 ) -> Option<[[f32; 3]; 2]> {
-    let size = dir.iter().fold(0.0, |most: f32, x| most.max(x.abs()));
-    let is_sane = reach < LARGEST_REACH
-        && middle.iter().all(|x| x.abs() < LARGEST)
-        && size < LARGEST
-        && size > 1.0 / LARGEST;
-    let depth = unit(dir).filter(|_| is_sane)?;
-    let across = across(depth, step)?;
-    match spread.principal_axis(across) {
-        Some(axis) => self::across(depth, axis),
-        None => Some(across),
+    let axes = across(depth, step)?;
+    // With an axis along the spread, the bounding rectangles of packets are tight
+    // (`principal_axis`).
+    match spread.principal_axis(axes) {
+        Some(axis) => across(depth, axis),
+        None => Some(axes),
     }
 }
 

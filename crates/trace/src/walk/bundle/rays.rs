@@ -78,8 +78,7 @@ fn shared<const HALF: usize>(rays: &[Ray]) -> Option<bool> {
 /// Returns the bit patterns of half of a ray.
 #[inline(always)]
 fn bits<const HALF: usize>(ray: &Ray) -> &[u32; 4] {
-    let halves: &[[u32; 4]; 2] = bytemuck::cast_ref(ray);
-    &halves[HALF]
+    bytemuck::cast_ref(half(ray, HALF))
 }
 
 /// Records the bits in which four numbers differ.

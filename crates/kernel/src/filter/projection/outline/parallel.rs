@@ -12,7 +12,7 @@
 use super::super::super::bound;
 use super::super::frame::{Frame, Parallel};
 use super::Forms;
-use super::lanes::{around, halves, into, load};
+use super::lanes::{around, corners, into, load, planes};
 use crate::packet::TriangleBlock;
 use crate::simd::{Lanes, Simd, Vec3};
 
@@ -29,9 +29,7 @@ impl<F: Lanes<Scalar = f32>> Forms<F> {
         let sure = (q * splat(bound::GRAZING_ALONG)).lt(splat(0.99));
 
         // The corners and edges as seen along the rays.
-        let ([a1, a2, a3], [b1, b2, b3]) = (blocks[0].corners(), blocks[1].corners());
-        let (c1, c2, c3) = (halves::<S>(a1, b1), halves::<S>(a2, b2), halves::<S>(a3, b3));
-        let h = S::halves(blocks[0].longest_edges(), blocks[1].longest_edges());
+        let ([c1, c2, c3], h) = corners::<S>(blocks);
         let from = c1 - Vec3::splat(frame.origin);
         let a = flat(from, frame);
         let (h4, h5, h6) = if frame.shares.copies {
@@ -96,18 +94,8 @@ impl<F: Lanes<Scalar = f32>> Planes<F> {
     ) -> Self {
         let (mut s, mut q, mut turn) = ([[0.0; 16]; 3], [0.0; 16], [0.0; 16]);
         let (one, length) = (S::F64x8::splat(1.0), S::F64x8::splat(length.into()));
-        let [x, y, z] = frame.origin;
-        let origin = Vec3::splat([x.into(), y.into(), z.into()]);
         for (half, block) in blocks.into_iter().enumerate() {
-            let [c1, c2, c3] = block.corners();
-            let c1 = Vec3::<S::F64x8>::load_f32(c1);
-            let (c2, c3) = (Vec3::load_f32(c2), Vec3::load_f32(c3));
-            let n = if frame.shares.copies {
-                c3.cross_fused(c2)
-            } else {
-                (c2 - c1).cross_fused(c3 - c1)
-            };
-            let t = n.dot_fused(c1 - origin);
+            let (n, t) = planes::<S>(block, frame);
             // D, and how much T decreases per unit of x and y.
             let n = into(n, &frame.dual);
             let recip = one / n.x;

@@ -5,7 +5,7 @@
 use super::super::super::bound;
 use super::super::frame::Frame;
 use super::Forms;
-use super::lanes::{around, halves, into, load, minus};
+use super::lanes::{around, corners, into, load, minus, planes};
 use crate::packet::TriangleBlock;
 use crate::simd::{Lanes, Simd, Vec3};
 
@@ -44,19 +44,9 @@ impl<F: Lanes<Scalar = f32>> Planes<F> {
     pub(super) fn new<S: Simd<F32x16 = F>>(blocks: [&TriangleBlock<8>; 2], frame: &Frame) -> Self {
         let (mut s, mut q, mut normal) = ([[0.0; 16]; 3], [0.0; 16], [0.0; 16]);
         for (half, block) in blocks.into_iter().enumerate() {
-            let [c1, c2, c3] = block.corners();
-            let c1 = Vec3::<S::F64x8>::load_f32(c1);
-            let (c2, c3) = (Vec3::load_f32(c2), Vec3::load_f32(c3));
-            // A block of copies contains a corner, `-h4`, and `h5`; `h5 × -h4` is `h4 × h5`.
-            let n = if frame.shares.copies {
-                c3.cross_fused(c2)
-            } else {
-                (c2 - c1).cross_fused(c3 - c1)
-            };
-            let [x, y, z] = frame.origin;
             // Compute T and n in f64, because the inverse depth decides which of two triangles is
             // nearer (projection.md, section 3).
-            let t = n.dot_fused(c1 - Vec3::splat([x.into(), y.into(), z.into()]));
+            let (n, t) = planes::<S>(block, frame);
             let recip = S::F64x8::splat(1.0) / t;
             // In the dual axes, N·(M d) equals n·d, although the frame's own axes are orthogonal
             // only up to rounding.
@@ -142,9 +132,7 @@ pub(super) struct Corners<F> {
 impl<F: Lanes<Scalar = f32>> Corners<F> {
     #[inline(always)]
     pub(super) fn new<S: Simd<F32x16 = F>>(blocks: [&TriangleBlock<8>; 2], frame: &Frame) -> Self {
-        let ([a1, a2, a3], [b1, b2, b3]) = (blocks[0].corners(), blocks[1].corners());
-        let (c1, c2, c3) = (halves::<S>(a1, b1), halves::<S>(a2, b2), halves::<S>(a3, b3));
-        let h = S::halves(blocks[0].longest_edges(), blocks[1].longest_edges());
+        let ([c1, c2, c3], h) = corners::<S>(blocks);
         let axes = [frame.depth, frame.right, frame.up];
         if frame.shares.copies {
             // A block of copies contains a corner and the edges -h4 and h5.
