@@ -6,7 +6,7 @@ use intertri::{Ray, Triangle};
 use intertri_lab::rng::Rng;
 
 /// Generates rays with the same origin as `ray` and similar directions: scattered, on a raster, or
-/// aimed at corners and edges. Some of the aimed rays end at their targets.
+/// aimed at corners, edges, and points inside triangles. Some of the aimed rays end at their targets.
 fn coherent(ray: &Ray, triangles: &[Triangle], rng: &mut Rng, count: usize) -> Vec<Ray> {
     let size = ray.dir.iter().fold(0.0, |m: f32, x| m.max(x.abs()));
     let (spread, kind) = (rng.log(1e-7, 1.0) as f32 * size, rng.below(3));
@@ -22,12 +22,13 @@ fn coherent(ray: &Ray, triangles: &[Triangle], rng: &mut Rng, count: usize) -> V
                     [ray.dir[0] + x, ray.dir[1] + y, ray.dir[2]]
                 }
                 _ => {
-                    let [a, b, _] = rng.pick(triangles).0;
+                    let [a, b, c] = rng.pick(triangles).0;
                     let middle = [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]));
+                    let inside = [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0);
                     if ends {
                         t_max = rng.pick(&[1.0, 1.0_f32.next_down(), 1.0 + f32::EPSILON]);
                     }
-                    sub(if rng.one_in(2) { a } else { middle }, ray.origin)
+                    sub(rng.pick(&[a, middle, inside]), ray.origin)
                 }
             };
             Ray { dir, t_max, ..*ray }

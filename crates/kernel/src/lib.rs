@@ -112,7 +112,8 @@ pub mod internal {
     pub use crate::barycentric::Coefficients;
     pub use crate::document::{SeenPlane, Tri};
     pub use crate::filter::projection::{
-        Apex, Frame, Nearest, Outline, Outlines, Parallel, Points, Ranges, Settle, Starts, Windows,
+        Apex, Frame, Nearest, OpenPairs, Outline, Outlines, Parallel, Points, Ranges, Settle,
+        Starts, Windows,
     };
     pub use crate::filter::{
         AlongAxis, Axis, BlockHits, Evidence, LaneHits, Rays, Room, Triangles,

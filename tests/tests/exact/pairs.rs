@@ -116,7 +116,7 @@ fn batches_round_once_to_f32() {
         let scale = [1.0, 2.0_f32.powi(-60), 2.0_f32.powi(40), 1e-3][round % 4];
         let mut number = || rng.signed() as f32;
         let mut point = |size: f32| [size * number(), size * number(), size * number()];
-        let triangles: Vec<Triangle> = (0..200)
+        let mut triangles: Vec<Triangle> = (0..200)
             .map(|_| {
                 let at = point(scale);
                 Triangle([(); 3].map(|()| {
@@ -134,6 +134,20 @@ fn batches_round_once_to_f32() {
             })
             .collect();
         rays.extend((0..500).map(|_| Ray::new(point(scale), point(size))));
+        if round % 2 == 0 {
+            // Meet edges exactly, so that weights are 0: at their midpoints, on a grid.
+            let grid = |x: f32| (x / scale * 64.0).round() * 2.0 * scale;
+            triangles
+                .iter_mut()
+                .flat_map(|triangle| &mut triangle.0)
+                .for_each(|c| *c = c.map(grid));
+            let eye = eye.map(grid);
+            rays.extend(triangles.iter().flat_map(|Triangle([a, b, c])| {
+                [(a, b), (b, c), (c, a)].map(|(p, q)| {
+                    Ray::new(eye, [0, 1, 2].map(|k| 0.5 * p[k] + 0.5 * q[k] - eye[k]))
+                })
+            }));
+        }
         let bvh = Bvh::new(&triangles).unwrap();
         let mut hits = vec![Hit32::MISS; rays.len()];
         bvh.query().closest_batch_into(&rays, &mut hits);

@@ -47,19 +47,22 @@ pub struct Decided<M> {
     pub edges: [M; 3],
 }
 
-/// The lanes in which each volume is certainly positive, certainly negative, and certainly 0.
+/// The lanes in which each number is certainly positive, certainly negative, and certainly 0.
 #[derive(Clone, Copy)]
 pub(super) struct Signs<M> {
     /// The signs of U, V, W, and T.
     pub(super) volumes: [[M; 3]; 4],
+    /// For hits, the signs of `t - t_min` and `t - t_max`.
+    pub(super) ends: [[M; 3]; 2],
 }
 
 impl<M: Mask> Signs<M> {
-    /// Adds signs for the volumes whose signs were not known.
+    /// Adds signs for the numbers whose signs were not known.
     #[inline(always)]
     pub(super) fn or(&self, more: &Self) -> Self {
         let mut all = *self;
-        for (known, more) in all.volumes.iter_mut().zip(&more.volumes) {
+        let more = more.volumes.iter().chain(&more.ends);
+        for (known, more) in all.volumes.iter_mut().chain(&mut all.ends).zip(more) {
             let open = !(known[0] | known[1] | known[2]);
             for (known, more) in known.iter_mut().zip(more) {
                 *known = *known | open & *more;
@@ -85,10 +88,9 @@ impl<M: Mask> Signs<M> {
         all
     }
 
-    /// Makes every decision that the signs allow, given the lanes whose t is certainly inside and
-    /// certainly outside the interval, for hits.
+    /// Makes every decision that the signs allow.
     #[inline(always)]
-    fn decide(&self, [within, out]: [M; 2]) -> Decided<M> {
+    fn decide(&self) -> Decided<M> {
         let [u, v, w, t] = self.volumes;
         let (over, under) = (u[0] | v[0] | w[0], u[1] | v[1] | w[1]);
         // Is the plane behind the origin, or does it contain the origin?
@@ -98,6 +100,9 @@ impl<M: Mask> Signs<M> {
         let (u_sure, v_sure, w_sure) = (u[0] | u[1], v[0] | v[1], w[0] | w[1]);
         let inside = sure & u_sure & v_sure & w_sure;
         let closed = sure & (u_sure | u[2]) & (v_sure | v[2]) & (w_sure | w[2]);
+        // The near end belongs to the interval, and the far end does not.
+        let [near, far] = self.ends;
+        let (within, out) = ((near[0] | near[2]) & far[1], near[1] | far[0] | far[2]);
         let range = within & !out;
         Decided {
             miss: miss | closed & out,
@@ -172,13 +177,13 @@ pub fn decide_with_t<D: Lanes<Scalar = f64>>(
 }
 
 /// Like [`decide_with_t`], but `refine` may replace the signs by better ones. It receives the
-/// decisions and signs so far, and bounds on the errors of U, V, W, and T: a volume whose sign is not
-/// known is at most twice its bound.
+/// decisions and signs so far, bounds on the errors of U, V, W, and T, and bounds on those of
+/// `T - t_min D` and `T - t_max D`: a number whose sign is not known is at most twice its bound.
 #[inline(always)]
 pub(super) fn decide_refined<D: Lanes<Scalar = f64>>(
     [c1, c2, c3]: [Vec3<D>; 3],
     rays: &RayLanes<D>,
-    refine: impl FnOnce(&Decided<D::Mask>, &Signs<D::Mask>, [D; 4]) -> Option<Signs<D::Mask>>,
+    refine: impl FnOnce(&Decided<D::Mask>, &Signs<D::Mask>, ([D; 4], [D; 2])) -> Option<Signs<D::Mask>>,
 ) -> (Decided<D::Mask>, [D; 2]) {
     let (org, dir, t_min, t_max) = (rays.org, rays.dir, rays.t_min, rays.t_max);
     let (a, b) = (c1 - org, c2 - org);
@@ -206,19 +211,17 @@ pub(super) fn decide_refined<D: Lanes<Scalar = f64>>(
 
     // Test the interval: compare T with its ends times D.
     let (num, den) = (t.abs(), den.abs());
-    let (from, before) = beyond(&num, &den, t_min);
-    let (after, within) = beyond(&num, &den, t_max);
+    let (near, near_err) = beyond(&num, &den, t_min);
+    let (far, far_err) = beyond(&num, &den, t_max);
     // For hits, t > 0, so an end at 0 or at infinity needs no comparison, which might be undecided.
-    let from = from | t_min.le(D::splat(0.0));
-    let within = within | t_max.ge(D::splat(f64::INFINITY));
-    let out = (before & !t_min.le(D::splat(0.0))) | after;
-    let range = [from & within, out];
+    let (open, endless) = (t_min.le(D::splat(0.0)), t_max.ge(D::splat(f64::INFINITY)));
+    let ends = [[near[0] | open, near[1] & !open, none], [far[0], far[1] | endless, none]];
 
-    let signs = Signs { volumes: [u_signs, v_signs, w_signs, t.signs(VOLUME)] };
-    let mut decided = signs.decide(range);
+    let signs = Signs { volumes: [u_signs, v_signs, w_signs, t.signs(VOLUME)], ends };
+    let mut decided = signs.decide();
     let bounds = [u.error(EDGE), v.error(EDGE), w.error(EDGE), t.error(VOLUME)];
-    if let Some(better) = refine(&decided, &signs, bounds) {
-        decided = better.decide(range);
+    if let Some(better) = refine(&decided, &signs, (bounds, [near_err, far_err])) {
+        decided = better.decide();
     }
     (decided, quotient_bounds(&num, &den))
 }
@@ -327,14 +330,14 @@ pub(super) fn passes([p, q]: [Vec3<f64>; 2], org: Vec3<f64>, dir: Vec3<f64>) -> 
     beyond(moment.x, size.x) || beyond(moment.y, size.y) || beyond(moment.z, size.z)
 }
 
-/// Returns the lanes in which `num / den` is certainly beyond an end of the interval, and those in
-/// which it is certainly before that end.
+/// Returns the lanes in which `num / den` is certainly beyond an end of the interval, those in which it
+/// is certainly before that end, and the bound on the error of `num - end * den`.
 #[inline(always)]
-fn beyond<D: Lanes<Scalar = f64>>(num: &Sum<D>, den: &Sum<D>, end: D) -> (D::Mask, D::Mask) {
+fn beyond<D: Lanes<Scalar = f64>>(num: &Sum<D>, den: &Sum<D>, end: D) -> ([D::Mask; 2], D) {
     // num / den < end, multiplied by the positive den.
     let gap = num.value - end * den.value;
     let bound = end.mul_add(den.permanent, num.permanent) * D::splat(RANGE);
-    (gap.gt(bound), gap.lt(-bound))
+    ([gap.gt(bound), gap.lt(-bound)], bound)
 }
 
 #[cfg(test)]

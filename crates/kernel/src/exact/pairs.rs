@@ -19,27 +19,32 @@ pub(crate) fn t_in<D: Lanes<Scalar = f64>>(
     (t, if subnormals_are_read() { sure.bits() } else { 0 })
 }
 
+/// Returns t, u, and v of each lane, and the lanes in which they are proven to be correctly rounded.
+#[inline(always)]
+pub(super) fn quotients_in<S: Simd>(pairs: &Pairs) -> ([[f64; 8]; 3], u32) {
+    // Process four pairs at a time, because some CPUs lower their clock rate for even a single
+    // eight-lane division.
+    let (mut numbers, mut sure) = ([[0.0; 8]; 3], 0);
+    for from in [0, 4] {
+        let (corners, origin, dir) = pairs.lanes::<S::F64x4>(from);
+        let seen = Quotients::new(corners, origin, dir);
+        let ((t, t_sure), (u, v, weights_sure)) = (seen.t(), seen.weights());
+        t.store(&mut numbers[0][from..]);
+        u.store(&mut numbers[1][from..]);
+        v.store(&mut numbers[2][from..]);
+        sure |= (t_sure & weights_sure).bits() << from;
+    }
+    // If the CPU treats subnormal numbers as zero, trust no lane: the hits are then computed from the
+    // bits of the coordinates.
+    (numbers, if subnormals_are_read() { sure } else { 0 })
+}
+
 /// Returns the hits of the first `len` lanes, with t, u, and v correctly rounded. The other
 /// elements are meaningless.
 #[inline(always)]
 pub fn hits_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit; 8] {
-    // Process four pairs at a time, because some CPUs lower their clock rate for even a single
-    // eight-lane division.
-    let (mut t, mut u, mut v, mut sure) = ([0.0; 8], [0.0; 8], [0.0; 8], 0);
-    for from in [0, 4] {
-        let (corners, origin, dir) = pairs.lanes::<S::F64x4>(from);
-        let seen = Quotients::new(corners, origin, dir);
-        let ((in_t, t_sure), (in_u, in_v, weights_sure)) = (seen.t(), seen.weights());
-        in_t.store(&mut t[from..]);
-        in_u.store(&mut u[from..]);
-        in_v.store(&mut v[from..]);
-        sure |= (t_sure & weights_sure).bits() << from;
-    }
-
+    let ([t, u, v], sure) = quotients_in::<S>(pairs);
     let mut hits = pairs.hits(&t, &u, &v);
-    // If the CPU treats subnormal numbers as zero, trust no lane: `attributes` then computes the
-    // hits from the bits of the coordinates.
-    let sure = if subnormals_are_read() { sure } else { 0 };
     for lane in lanes_of(!sure & ((1 << len) - 1)) {
         let (ray, triangle, _) = pairs.pair(lane);
         (hits[lane].t, hits[lane].u, hits[lane].v) = attributes(&ray, &triangle);

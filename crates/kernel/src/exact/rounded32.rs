@@ -10,6 +10,7 @@
 
 use super::along::{NORMAL, attributes32, narrowed};
 use super::input::subnormals_are_read;
+use super::pairs::quotients_in;
 use crate::hit_attributes::{Pairs, SharedOriginHit};
 use crate::simd::{Lanes, Mask, Simd, Vec3, lanes_of, put_by_triangle};
 use crate::{Hit, Hit32, Ray, RayOf, Scalar, Triangle, TriangleOf};
@@ -18,6 +19,9 @@ use crate::{Hit, Hit32, Ray, RayOf, Scalar, Triangle, TriangleOf};
 /// `9w` times the volume's permanent, and dividing by a volume adds rounding errors of at most
 /// `3w`.
 const DOUBT: f64 = 1.0 / (1_u64 << 49) as f64;
+
+/// The number of unsure lanes from which it is faster to compute them side by side.
+const SEVERAL: u32 = 2;
 
 /// A denominator that several quotients share.
 #[derive(Clone, Copy)]
@@ -149,11 +153,35 @@ pub(crate) fn hits32_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit32; 8] {
             hits[from + lane] = Hit32::new([t.most[lane], u.most[lane], v.most[lane]], index);
         }
     }
-    for lane in lanes_of(unsure & ((1 << len) - 1)) {
+    unsure &= (1 << len) - 1;
+    if unsure != 0 {
+        round_unsure::<S>(pairs, unsure, &mut hits);
+    }
+    hits
+}
+
+/// Computes the hits of lanes that plain f64 cannot round. This function is out of line to keep registers
+/// free for the common case.
+#[cold]
+#[inline(never)]
+fn round_unsure<S: Simd>(pairs: &Pairs, mut unsure: u32, hits: &mut [Hit32; 8]) {
+    // Two-part numbers suffice for most, for example for weights close to 0 beside an edge.
+    if unsure.count_ones() >= SEVERAL {
+        let ([t, u, v], sure) = S::vectorize(
+            #[inline(always)]
+            || quotients_in::<S>(pairs),
+        );
+        for lane in lanes_of(unsure & sure) {
+            if let Some(numbers) = narrowed([t[lane], u[lane], v[lane]]) {
+                hits[lane] = Hit32::new(numbers, pairs.index(lane));
+                unsure &= !(1 << lane);
+            }
+        }
+    }
+    for lane in lanes_of(unsure) {
         let (ray, triangle, index) = pairs.pair(lane);
         hits[lane] = hit32_of_pair(&ray, &triangle, index.0);
     }
-    hits
 }
 
 /// Computes t, u, and v up to their error intervals.

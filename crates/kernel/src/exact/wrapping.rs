@@ -46,9 +46,9 @@ impl<S: Simd> Wrapped<S> {
     }
 
     /// Returns the signs of U, V, W, and T, which f64 has left open with these bounds on their
-    /// errors.
+    /// errors, and T and D.
     #[inline(always)]
-    pub(super) fn volumes(&self, bounds: &[[f64; 8]; 4]) -> [SignBits; 4] {
+    pub(super) fn volumes(&self, bounds: &[[f64; 8]; 4]) -> ([SignBits; 4], [S::I64x8; 2]) {
         let Self { corners: [c1, c2, c3], origin, dir, .. } = *self;
         let (a, h4, h5) = (minus(c1, origin), minus(c2, c1), minus(c3, c1));
         let (moment, normal) = (cross(a, dir), cross(h4, h5));
@@ -61,7 +61,41 @@ impl<S: Simd> Wrapped<S> {
             let degree = if i < 3 { [2, 1] } else { [3, 0] };
             signs[i] = self.signs(volume, degree, &bounds[i]);
         }
-        signs
+        (signs, [t, den])
+    }
+
+    /// Returns the signs of `T - end D`, which f64 has left open with these bounds on their errors. An
+    /// end must be positive, and not subnormal, in the lanes whose results are used.
+    #[inline(always)]
+    pub(super) fn end(
+        &self,
+        t_and_d: [S::I64x8; 2],
+        end: &[f64; 8],
+        bounds: &[f64; 8],
+    ) -> SignBits {
+        let (mut odd, mut exponents) = ([0; 8], [0; 8]);
+        split(end, &mut odd, &mut exponents);
+        let [mut t, mut d] = [[0; 8]; 2];
+        t_and_d[0].store(&mut t);
+        t_and_d[1].store(&mut d);
+        let mut in_range = 0;
+        for lane in 0..8 {
+            // The units of T and of `end D` are powers of two, and that of the difference is the
+            // smaller one.
+            let [points, dirs] = self.units.map(|units| units[lane]);
+            let of_t = 3 * points;
+            let of_product = 2 * points + dirs + exponents[lane];
+            let unit = if of_t < of_product { of_t } else { of_product };
+            let shifted = |x: i64, by: i64| if by < 64 { x << (by & 63) } else { 0 };
+            let product = d[lane].wrapping_mul(odd[lane]);
+            t[lane] =
+                shifted(t[lane], of_t - unit).wrapping_sub(shifted(product, of_product - unit));
+            let is_normal = UNITS[0] <= unit && unit <= UNITS[1];
+            in_range |= u32::from(is_normal && bounds[lane] < limit(unit)) << lane;
+        }
+        let difference = <S::I64x8 as Ints>::load(&t);
+        let (negative, zero) = (difference.negative(), difference.zero());
+        [!(negative | zero), negative, zero].map(|bits| bits & in_range)
     }
 
     /// Returns the signs of the components of N₁ = B × C, N₂ = C × A, and N₃ = A × B, which f64 has
@@ -95,6 +129,10 @@ impl<S: Simd> Wrapped<S> {
 
 /// The exponent of 0, which is larger than that of any other number.
 const OF_ZERO: i64 = 1 << 12;
+
+/// The exponents of units for which [`limit`] is a normal number. Only those of products with an end of
+/// an interval may be outside.
+const UNITS: [i64; 2] = [-1000, 900];
 
 /// Writes numbers as odd integers times powers of two.
 #[inline(always)]
@@ -167,7 +205,7 @@ mod tests {
         type Output = [SignBits; 4];
         #[inline(always)]
         fn run<S: Simd>(self) -> [SignBits; 4] {
-            Wrapped::<S>::new(self.0).volumes(self.1)
+            Wrapped::<S>::new(self.0).volumes(self.1).0
         }
     }
 
@@ -300,6 +338,72 @@ mod tests {
                         counts[1] += 1;
                         counts[2] += u32::from(truth.unsigned_abs() > 1 << 62);
                     }
+                }
+            }
+        }
+        assert!(counts.iter().all(|count| *count > 1000), "{counts:?}");
+    }
+    struct EndIn<'a>(&'a [[f64; 8]; 15], &'a [f64; 8], &'a [f64; 8]);
+    impl WithSimd for EndIn<'_> {
+        type Output = SignBits;
+        #[inline(always)]
+        fn run<S: Simd>(self) -> SignBits {
+            let all = Wrapped::<S>::new(self.0);
+            let (_, t_and_d) = all.volumes(&[[f64::NAN; 8]; 4]);
+            all.end(t_and_d, self.1, self.2)
+        }
+    }
+
+    /// Attacks the range of `T - e D`, which is around 2^63, with a bound around 2^62: A = e d + s with a
+    /// short s, so that the difference is s·N. The unit of e is smaller than 1, as large as that of
+    /// points, or larger.
+    #[test]
+    fn ends_at_the_limit_have_their_signs() {
+        let (mut random, mut counts) = (random(), [0; 3]);
+        for i in 0..40_000 {
+            let (mut rows, mut end, mut bounds) = ([[0.0; 8]; 15], [0.0; 8], [f64::NAN; 8]);
+            let mut truth = [0_i128; 8];
+            for lane in 0..8 {
+                let mut vec3 = |size: f64| [0; 3].map(|_| (2.0 * size * random()).round() as i128);
+                let (g, s, h4, h5) = (vec3(3e11), vec3(12.0), vec3(1e9), vec3(1e9));
+                let m = 2 * (vec3(1000.0)[0].abs()) + 1;
+                // e = m/8 and d = 8 g, e = m and d = g, or e = 8 m and d = g.
+                let (e, d, times) = match i % 3 {
+                    0 => (m as f64 / 8.0, g.map(|x| 8 * x), m),
+                    1 => (m as f64, g, m),
+                    _ => (8.0 * m as f64, g, 8 * m),
+                };
+                let a = [0, 1, 2].map(|k| times * g[k] + s[k]);
+                let plus = |h: [i128; 3]| [0, 1, 2].map(|k| a[k] + h[k]);
+                let numbers = [a, plus(h4), plus(h5), [0; 3], d];
+                for (row, x) in rows.iter_mut().zip(numbers.as_flattened()) {
+                    row[lane] = *x as f64;
+                    assert_eq!(row[lane] as i128, *x);
+                }
+                let (mut of_t, mut of_d) = (0, 0);
+                for (x, (y, z)) in [(0, (1, 2)), (1, (2, 0)), (2, (0, 1))] {
+                    let (p, q) = (h4[y] * h5[z], h4[z] * h5[y]);
+                    truth[lane] += s[x] * (p - q);
+                    of_t += a[x].abs() * (p.abs() + q.abs());
+                    of_d += d[x].abs() * (p.abs() + q.abs());
+                }
+                end[lane] = e;
+                bounds[lane] = 8.0 * f64::EPSILON * (of_t as f64 + e * of_d as f64);
+            }
+            for level in Level::all() {
+                let signs = level.run(EndIn(&rows, &end, &bounds));
+                for (lane, truth) in truth.iter().enumerate() {
+                    if truth.unsigned_abs() as f64 > 2.0 * bounds[lane] {
+                        continue;
+                    }
+                    let found = signs.map(|bits| bits >> lane & 1 != 0);
+                    if found == [false; 3] {
+                        counts[0] += 1;
+                        continue;
+                    }
+                    assert_eq!(found, [*truth > 0, *truth < 0, *truth == 0], "{truth}");
+                    counts[1] += 1;
+                    counts[2] += u32::from(truth.unsigned_abs() > 1 << 62);
                 }
             }
         }

@@ -79,10 +79,25 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         }
     }
 
-    /// Returns the closest hits of all lanes.
+    /// Returns the indices of all lanes' triangles, or [`TriangleId::NONE`], and their slots.
     #[doc(hidden)]
     #[inline(always)]
-    pub fn lanes(&self) -> [ClosestHit; N] {
+    pub fn triangles(&self) -> ([TriangleId; N], [LeafSlot; N]) {
+        // Avoid `map`, which would not be inlined.
+        let (mut triangle, mut slot) = ([0.0; N], [0.0; N]);
+        self.triangle.store(&mut triangle);
+        self.slot.store(&mut slot);
+        let (mut ids, mut slots) = ([TriangleId::NONE; N], [LeafSlot(0); N]);
+        for lane in 0..N {
+            ids[lane] = TriangleId(triangle[lane].to_bits());
+            slots[lane] = LeafSlot(slot[lane].to_bits());
+        }
+        (ids, slots)
+    }
+
+    /// Returns the closest hits of all lanes.
+    #[inline(always)]
+    fn lanes(&self) -> [ClosestHit; N] {
         let mut all = [[0.0; N]; 4];
         for (row, lanes) in all.iter_mut().zip([self.t_lo, self.t_hi, self.triangle, self.slot]) {
             lanes.store(row);

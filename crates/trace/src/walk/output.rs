@@ -1,7 +1,8 @@
 //! The output of tracing many rays: closest hits, closest triangles, whether rays hit anything, or
 //! all hits.
 
-use intertri::internal::{Resolver, prefetch};
+use intertri::internal::{Pairs, Resolver, prefetch};
+use intertri::simd::Simd;
 use intertri::{Crossings, Hit, Hit32, LeafSlot, Ray, RayId, TriangleId};
 
 use super::HitPairs;
@@ -115,6 +116,14 @@ pub(crate) trait HitFormat: Copy + NamesTriangle {
 
     /// Computes the hit of a ray on the triangle in a slot.
     fn met_alone(tree: &Tree, resolver: Resolver<'_>, ray: &Ray, ids: (RayId, LeafSlot)) -> Self;
+
+    /// Computes the hits of the first `len` of eight pairs.
+    fn met_in<S: Simd>(
+        resolver: Resolver<'_>,
+        pairs: &Pairs,
+        ids: &[(RayId, LeafSlot); 8],
+        len: usize,
+    ) -> [Self; 8];
 }
 
 impl HitFormat for Hit {
@@ -124,6 +133,16 @@ impl HitFormat for Hit {
         let (triangle, index) = (tree.triangle_in(ids.1), tree.index_of(ids.1));
         resolver.hit_attributes(ray, &triangle, index, ids)
     }
+
+    #[inline(always)]
+    fn met_in<S: Simd>(
+        resolver: Resolver<'_>,
+        pairs: &Pairs,
+        ids: &[(RayId, LeafSlot); 8],
+        len: usize,
+    ) -> [Self; 8] {
+        resolver.hits_in::<S>(pairs, ids, len)
+    }
 }
 
 impl HitFormat for Hit32 {
@@ -132,5 +151,15 @@ impl HitFormat for Hit32 {
     fn met_alone(tree: &Tree, resolver: Resolver<'_>, ray: &Ray, ids: (RayId, LeafSlot)) -> Self {
         let (triangle, index) = (tree.triangle_in(ids.1), tree.index_of(ids.1));
         resolver.hit32(ray, &triangle, index, ids)
+    }
+
+    #[inline(always)]
+    fn met_in<S: Simd>(
+        resolver: Resolver<'_>,
+        pairs: &Pairs,
+        ids: &[(RayId, LeafSlot); 8],
+        len: usize,
+    ) -> [Self; 8] {
+        resolver.hits32_in::<S>(pairs, ids, len)
     }
 }

@@ -14,13 +14,14 @@
 
 mod frame;
 mod nearest;
+mod open_pairs;
 mod outline;
 mod settle;
 mod starts;
 mod windows;
 
 pub use frame::{Apex, Frame, Parallel, Points};
-pub use nearest::Nearest;
+pub use nearest::{Nearest, OpenPairs};
 pub use outline::{Outline, Outlines};
 pub use settle::Settle;
 pub use starts::{Ranges, Starts};

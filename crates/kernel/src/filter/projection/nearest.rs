@@ -2,7 +2,7 @@
 
 use super::frame::{Apex, Points, at};
 use super::outline::Outline;
-use super::settle::{Settle, Settled};
+use super::settle::Settle;
 use super::starts::Ranges;
 use crate::filter::Counts;
 use crate::simd::{Lanes, Mask, lanes_of};
@@ -12,9 +12,8 @@ use crate::{LeafSlot, Triangle};
 ///
 /// ```
 /// use intertri::simd::{Simd, WithSimd, dispatch};
-/// use intertri::internal::{Frame, Nearest, Outlines, Settle, Starts};
-/// use intertri::{Counts, Mode, Ray};
-/// use intertri::{Filter, LeafSlot, RayId, Triangle, TriangleBlock};
+/// use intertri::internal::{Frame, Nearest, OpenPairs, Outlines, Starts};
+/// use intertri::{Counts, Filter, Mode, Ray, Triangle, TriangleBlock};
 /// use intertri::simd::Vec3;
 ///
 /// struct Leaf<'a>(Filter<'a>, &'a TriangleBlock<8>, &'a Frame);
@@ -37,17 +36,15 @@ use crate::{LeafSlot, Triangle};
 /// let ranges = filter.starts_in(&Starts::none(frame.apex()), &points, [ray.t_min; 2], true).ranges();
 /// let mut nearest = Nearest::<f32, 1>::new(frame.apex(), &points, ray.t_max);
 /// assert_eq!(nearest.triangles(), [Nearest::<f32, 1>::NOTHING]);
-/// let find = |LeafSlot(slot)| triangles[slot as usize];
-/// let (rays, resolver) = ([ray], filter.resolver());
-/// let (apex, index) = (frame.apex(), |LeafSlot(slot)| slot);
-/// let settle = Settle { resolver, apex, rays: &rays, first: RayId(0), find, index, reversed: false };
+/// let mut open = OpenPairs::default();
 /// for lane in 0..2 {
 ///     let outline = outlines.lane(lane);
 ///     assert!(nearest.maybe(&outline, &points, &ranges, 0b1));
-///     let numbers = (lane as u32, [LeafSlot(0), LeafSlot(1)].as_slice());
 ///     let counts = &mut Counts::default();
-///     nearest.take((&points, &ranges), &outline, numbers, (0, &settle), 0b1, counts);
+///     nearest.take((&points, &ranges), &outline, (lane as u32, 0), 0b1, &mut open, counts);
 /// }
+/// // The filter leaves no pair open.
+/// assert!(open.is_empty());
 /// assert_eq!((nearest.hits(), nearest.triangles()), (0b1, [1]));
 /// assert!((1.0 / nearest.least() - 3.0).abs() < 1e-3);
 /// ```
@@ -87,6 +84,57 @@ struct InverseDepths<F> {
     s_hi: F,
 }
 
+/// The maximum number of pairs.
+const PAIRS: usize = 64;
+
+/// The number of pairs that are settled together.
+pub(super) const TOGETHER: usize = 16;
+
+/// A pair that may be a hit.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct OpenPair {
+    /// The ray's index in the bundle.
+    pub(super) ray: u32,
+    /// The caller's number for the triangle.
+    pub(super) number: u32,
+    /// Bounds on the inverse depth of a certain hit, which overlap those of the ray's nearest hit so
+    /// far or of the far end of its interval. `None` for a pair that is undecided.
+    pub(super) bounds: Option<[f32; 2]>,
+}
+
+/// Open pairs, in the order in which they were found.
+#[derive(Clone, Copy, Debug)]
+pub struct OpenPairs {
+    pub(super) pairs: [OpenPair; PAIRS],
+    pub(super) len: usize,
+}
+
+impl Default for OpenPairs {
+    fn default() -> Self {
+        Self { pairs: [OpenPair::default(); PAIRS], len: 0 }
+    }
+}
+
+impl OpenPairs {
+    /// Returns whether there are no pairs.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Returns whether there may be no room for the pairs of another triangle and sixteen rays.
+    #[inline(always)]
+    pub fn is_full(&self) -> bool {
+        self.len > PAIRS - TOGETHER
+    }
+
+    #[inline(always)]
+    fn push(&mut self, pair: OpenPair) {
+        self.pairs[self.len % PAIRS] = pair;
+        self.len += 1;
+    }
+}
+
 impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
     /// The number that stands for a miss.
     pub const NOTHING: u32 = u32::MAX;
@@ -124,26 +172,26 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         numbers
     }
 
-    /// Tests N rays against the triangle `seen[number]` and stores each hit that is nearer than the
-    /// ray's nearest hit so far. Only the lanes in `live` take part; their points must be on the
-    /// projection, and their intervals must not contain NaN. `settle` decides the undecided lanes,
-    /// in which lane i is the ray `first + i` of `settle.rays`. This method updates only
-    /// `counts.undecided`; the caller updates `counts.tests`. Returns whether anything may have
+    /// Tests N rays against a triangle, with the caller's number for it, and stores each hit that is
+    /// certainly nearer than the ray's nearest hit so far. Adds the pairs that may be hits to `open`,
+    /// where lane i is the ray `first + i` of the bundle. Only the lanes in `live` take part; their
+    /// points must be on the projection, and their intervals must not contain NaN. This method updates
+    /// only `counts.undecided`; the caller updates `counts.tests`. Returns whether anything may have
     /// changed.
     #[inline(always)]
-    pub fn take<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
+    pub fn take(
         &mut self,
         (points, ranges): (&Points<F>, &Ranges<F>),
         outline: &Outline,
-        (number, seen): (u32, &[LeafSlot]),
-        (first, settle): (usize, &Settle<'_, T, I>),
+        (number, first): (u32, usize),
         live: u32,
+        open: &mut OpenPairs,
         counts: &mut Counts,
     ) -> bool {
         // Do not branch on whether there is a hit, because the branch would often be mispredicted.
         let found = self.test(outline, points, ranges, live);
         counts.undecided += u64::from(found.undecided.count_ones());
-        self.offer(&found, (number, seen), points, (first, settle));
+        self.offer(&found, (number, first), open);
         (found.hit | found.undecided) != 0
     }
 
@@ -165,8 +213,9 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         // A hit whose bounds reach the end of its ray may be beyond that end, so the resolver
         // settles it as well.
         let mut hits = found.hit & found.s_lo.gt(self.s_hi).bits();
-        for lane in lanes_of((found.hit & !hits) | found.undecided) {
-            hits |= u32::from(settle.meets(slot, first + lane)) << lane;
+        let open = (found.hit & !hits) | found.undecided;
+        if open != 0 {
+            hits |= settle.meeting(slot, first, open);
         }
         hits
     }
@@ -229,80 +278,56 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         Sample { weight, s, s_lo, s_hi, sure, maybe }
     }
 
-    /// Stores each hit on the triangle `seen[number]` that is nearer than the ray's nearest hit so
-    /// far.
+    /// Stores each hit on a triangle that is certainly nearer than the ray's nearest hit so far. Other
+    /// pairs that may be hits are left open.
     #[inline(always)]
-    fn offer<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
+    fn offer(
         &mut self,
         found: &InverseDepths<F>,
-        (number, seen): (u32, &[LeafSlot]),
-        points: &Points<F>,
-        (first, settle): (usize, &Settle<'_, T, I>),
+        (number, first): (u32, usize),
+        open: &mut OpenPairs,
     ) {
         // First update all lanes in which the new bounds are entirely in front of the old bounds,
         // without a loop.
-        let bits = f32::from_bits(number);
         let wins = F::Mask::from_bits(found.hit) & found.s_lo.gt(self.s_hi);
         self.s_lo = F::select(wins, found.s_lo, self.s_lo);
         self.s_hi = F::select(wins, found.s_hi, self.s_hi);
-        self.triangle = F::select(wins, F::splat(bits), self.triangle);
+        self.triangle = F::select(wins, F::splat(f32::from_bits(number)), self.triangle);
         self.hits |= wins.bits();
 
-        // In the other lanes, the bounds overlap, or the hit is undecided. Settle these lanes one
-        // by one, by their exact t.
+        // In the other lanes, the bounds overlap, or the hit is undecided.
         let rest = (found.hit & !wins.bits()) | found.undecided;
         if rest == 0 {
             return;
         }
-        let (mut lo, mut hi, mut numbers) = ([0.0; N], [0.0; N], [0.0; N]);
-        let (mut new_lo, mut new_hi, mut z) = ([0.0; N], [0.0; N], [0.0; N]);
-        self.s_lo.store(&mut lo);
-        self.s_hi.store(&mut hi);
-        self.triangle.store(&mut numbers);
-        found.s_lo.store(&mut new_lo);
-        found.s_hi.store(&mut new_hi);
-        points.z.store(&mut z);
-        let slot = seen[number as usize];
-        let mut kept = [None; 2];
+        let (mut s_lo, mut s_hi) = ([0.0; N], [0.0; N]);
+        found.s_lo.store(&mut s_lo);
+        found.s_hi.store(&mut s_hi);
         for lane in lanes_of(rest) {
-            let ray = first + lane;
-            // If the ray has no hit yet, the result may depend on the ray's far end. Otherwise,
-            // only the order of the two hits matters.
-            let is_hit = self.hits >> lane & 1 != 0;
-            let sure = found.hit >> lane & 1 != 0;
-            let other = is_hit.then(|| seen[numbers[lane].to_bits() as usize]);
-
-            // Find bounds on the inverse depth.
-            let inverse = |t| settle.apex.inverse(z[lane], t);
-            let mut bounds = (new_lo[lane], new_hi[lane]);
-            if !(sure && is_hit) {
-                match settle.settle(slot, ray, other) {
-                    Settled::Behind => continue,
-                    Settled::Tie => {
-                        numbers[lane] = bits;
-                        continue;
-                    }
-                    Settled::Hit { .. } if sure => {}
-                    Settled::Hit { t_lo, t_hi } => {
-                        bounds = (inverse(t_hi).0, inverse(t_lo).1);
-                    }
-                }
-            }
-
-            // The larger the inverse depth, the nearer the hit. If the bounds overlap, the exact
-            // order decides.
-            if let Some(other) = other
-                && bounds.0 <= hi[lane]
-                && (bounds.1 < lo[lane] || !settle.is_before(ray, slot, other, &mut kept))
-            {
-                continue;
-            }
-            (lo[lane], hi[lane]) = bounds;
-            numbers[lane] = bits;
-            self.hits |= 1 << lane;
+            let bounds = found.hit >> lane & 1 != 0;
+            let bounds = bounds.then_some([s_lo[lane], s_hi[lane]]);
+            open.push(OpenPair { ray: (first + lane) as u32, number, bounds });
         }
-        self.s_lo = F::load(&lo);
-        self.s_hi = F::load(&hi);
-        self.triangle = F::load(&numbers);
+    }
+
+    /// Returns bounds on the inverse depth of the nearest hit of the ray in a lane, and its triangle's
+    /// number, or [`Nearest::NOTHING`].
+    #[inline(always)]
+    pub(super) fn lane(&self, lane: usize) -> ([f32; 2], u32) {
+        let (mut s_lo, mut s_hi, mut number) = ([0.0; N], [0.0; N], [0.0; N]);
+        self.s_lo.store(&mut s_lo);
+        self.s_hi.store(&mut s_hi);
+        self.triangle.store(&mut number);
+        ([s_lo[lane], s_hi[lane]], number[lane].to_bits())
+    }
+
+    /// Stores the nearest hit of the ray in a lane.
+    #[inline(always)]
+    pub(super) fn set(&mut self, lane: usize, [s_lo, s_hi]: [f32; 2], number: u32) {
+        let only = F::Mask::from_bits(1 << lane);
+        self.s_lo = F::select(only, F::splat(s_lo), self.s_lo);
+        self.s_hi = F::select(only, F::splat(s_hi), self.s_hi);
+        self.triangle = F::select(only, F::splat(f32::from_bits(number)), self.triangle);
+        self.hits |= 1 << lane;
     }
 }

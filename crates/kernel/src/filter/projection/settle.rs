@@ -17,7 +17,7 @@ use crate::{LeafSlot, Ray, RayId, Triangle};
 /// let (find, index) = (|LeafSlot(slot)| triangles[slot as usize], |LeafSlot(slot)| slot);
 /// let (resolver, apex) = (Resolver::Document(0.0), Apex::Finite);
 /// let settle = Settle { resolver, apex, rays: &rays, first: RayId(0), find, index, reversed: false };
-/// assert!(settle.meets(LeafSlot(0), 0) && settle.meets(LeafSlot(1), 0));
+/// assert_eq!([0, 1].map(|slot| settle.meeting(LeafSlot(slot), 0, 0b1)), [0b1, 0b1]);
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Settle<'a, T, I> {
@@ -44,27 +44,46 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         RayId(self.first.0 + ray as u32)
     }
 
-    /// Returns whether a ray hits the triangle within its interval.
+    /// Returns which of the rays in up to sixteen lanes hit the triangle within their intervals. Lane i
+    /// is the ray `first + i`.
     #[inline(always)]
-    pub fn meets(&self, slot: LeafSlot, ray: usize) -> bool {
-        self.resolver.meets(&self.rays[ray], &(self.find)(slot), (self.id(ray), slot))
+    pub fn meeting(&self, slot: LeafSlot, first: usize, lanes: u32) -> u32 {
+        self.resolver.meeting(
+            lanes,
+            #[inline(always)]
+            |lane| (self.rays[first + lane], (self.find)(slot), (self.id(first + lane), slot)),
+        )
     }
 
-    /// Settles an undecided pair. `other` is the triangle that is the ray's nearest hit so far, if
-    /// any. The function is out of line to keep registers free for the common case.
-    #[cold]
-    #[inline(never)]
-    pub(super) fn settle(&self, slot: LeafSlot, ray: usize, other: Option<LeafSlot>) -> Settled {
-        // If the triangle is behind the other one, it does not matter whether it is hit. Walls and
-        // floors can often be ordered without arithmetic.
-        if let Some(other) = other
-            && self.is_behind_by_coordinates(ray, slot, other)
-        {
-            return Settled::Behind;
-        }
-        // Most other rays pass just beside an edge, which f64 can decide.
+    /// Decides the pairs in up to sixteen lanes, as far as that is possible without integers of any
+    /// width.
+    #[inline(always)]
+    pub(super) fn decide(
+        &self,
+        lanes: u32,
+        pair: impl Fn(usize) -> (LeafSlot, usize),
+    ) -> [PairDecision; 16] {
+        self.resolver.decide_lanes(
+            lanes,
+            #[inline(always)]
+            |lane| {
+                let (slot, ray) = pair(lane);
+                (self.rays[ray], (self.find)(slot), (self.id(ray), slot))
+            },
+        )
+    }
+
+    /// Settles a pair for which [`Settle::decide`] has this result. `other` is the triangle that is the
+    /// ray's nearest hit so far, if any.
+    pub(super) fn settle(
+        &self,
+        slot: LeafSlot,
+        ray: usize,
+        other: Option<LeafSlot>,
+        decision: PairDecision,
+    ) -> Settled {
         let (ids, triangle, one) = ((self.id(ray), slot), (self.find)(slot), &self.rays[ray]);
-        match self.resolver.decide(one, &triangle, ids) {
+        match decision {
             PairDecision::Miss => return Settled::Behind,
             PairDecision::Hit { .. } if self.reversed => {
                 return Settled::Hit { t_lo: 0.0, t_hi: 0.0 };
@@ -101,7 +120,12 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
     /// Returns whether one triangle comes after another on a ray, by t or by index, if their
     /// coordinates alone tell. Returns false if they do not.
     #[inline(always)]
-    fn is_behind_by_coordinates(&self, ray: usize, one: LeafSlot, other: LeafSlot) -> bool {
+    pub(super) fn is_behind_by_coordinates(
+        &self,
+        ray: usize,
+        one: LeafSlot,
+        other: LeafSlot,
+    ) -> bool {
         let pair = || (self.rays[ray], [(self.find)(one), (self.find)(other)]);
         let order = self.resolver.order_by_coordinates(pair, (self.id(ray), [one, other]));
         order.is_some_and(|order| {

@@ -330,6 +330,7 @@ impl Results {
         let Self { found, number, hit, .. } = self;
         let coefficients = coefficients::<S, C, H>(tree, hit, rays[0].origin, eights);
         let number = &number[..];
+        let mut unsure = Retired::new(resolver, first);
         for (i, (ray, &seen)) in rays.iter().zip(&found[..]).enumerate() {
             if let Some(later) = hits.get(i + AHEAD) {
                 prefetch(std::slice::from_ref(later));
@@ -340,10 +341,13 @@ impl Results {
             }
             let number = number[seen as usize] as usize;
             if !coefficients[number].hit_in::<S>(ray.dir, &mut hits[i]) {
-                hits[i] =
-                    H::met_alone(tree, resolver, ray, (RayId(first.0 + i as u32), hit[number]));
+                let (id, slot) = (RayId(first.0 + i as u32), hit[number]);
+                if unsure.add(tree, ray, id, (tree.index_of(slot), slot)) {
+                    unsure.write::<S, H>(hits);
+                }
             }
         }
+        unsure.write::<S, H>(hits);
     }
 }
 

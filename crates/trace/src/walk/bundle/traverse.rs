@@ -10,7 +10,7 @@
 //!                                  sixteen rays: two multiply-adds per edge
 //! ```
 
-use intertri::internal::{Apex, Settle};
+use intertri::internal::{Apex, OpenPairs, Settle};
 use intertri::simd::Simd;
 use intertri::{Counts, Filter, LeafSlot, Triangle};
 
@@ -59,6 +59,7 @@ pub(crate) enum Outcome {
 pub(crate) struct Scratch {
     stack: Pending,
     leaves: Leaves,
+    open: OpenPairs,
     /// The entries left on the stack when the bundle was split, and when one of its parts was
     /// split.
     split: [Pending; 2],
@@ -87,7 +88,7 @@ impl Bundle<'_> {
         let mut culling = Culling { frustum, end_plane: end_plane.as_ref(), closest };
 
         // Check whether the frustum reaches any leaf.
-        let Scratch { stack, leaves, split } = scratch;
+        let Scratch { stack, leaves, open, split } = scratch;
         stack.clear();
         results.clear();
         results.has_origin = matches!(rays.common, Common::Origin);
@@ -116,6 +117,7 @@ impl Bundle<'_> {
             prefetch,
             seen,
             every,
+            open,
             work: 0,
             density_known: false,
         };
@@ -137,6 +139,8 @@ struct Tracing<'a, S: Simd, T, I> {
     prefetch: Prefetch<'a>,
     seen: &'a mut Vec<LeafSlot>,
     every: &'a mut Vec<PacketHits>,
+    /// Pairs that are not settled yet. There are none between two visits.
+    open: &'a mut OpenPairs,
     /// The amount of work so far: the number of packet tests and comparable operations.
     work: usize,
     /// Whether the density of triangles is known from the first leaves.
@@ -273,9 +277,8 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
 
     #[inline(always)]
     fn visit_leaves(&mut self, (leaves, used): (&mut Leaves, usize), counts: &mut Counts) -> bool {
-        let Self { bundle, ref settle, ref mut projection, ref mut prefetch, ref mut seen, .. } =
-            *self;
-        let Bundle { tree, filter, any, every, .. } = bundle;
+        let Self { bundle, settle, projection, prefetch, seen, open, .. } = self;
+        let Bundle { tree, filter, any, every, .. } = *bundle;
         let first = seen.len();
         let ListedTests { pairs, mut tests } =
             leaves.list((tree, used), (&filter, projection), seen, prefetch);
@@ -312,15 +315,21 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         for i in 0..tests {
             prefetch.lines(1);
             let PacketTest { packet, number } = leaves.test(i);
+            if open.is_full() {
+                settle_open::<S, _, _>(projection, (seen, settle), open, any);
+            }
             let may_change = projection.nearest[packet].take(
                 (&projection.points[packet], &projection.ranges),
                 &leaves.outline(number),
-                ((first + number) as u32, seen.as_slice()),
-                (16 * packet, settle),
+                ((first + number) as u32, 16 * packet),
                 projection.live[packet],
+                open,
                 counts,
             );
             changed |= u64::from(may_change) << packet;
+        }
+        if !open.is_empty() {
+            settle_open::<S, _, _>(projection, (seen, settle), open, any);
         }
         update::<S>(projection, changed, any)
     }
@@ -381,6 +390,23 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
             Apex::AtInfinity { .. } => -least + least.abs() * margin,
         }
     }
+}
+
+/// Settles the pairs that the filter left open. The function is out of line to keep registers free for
+/// the common case.
+#[cold]
+#[inline(never)]
+fn settle_open<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
+    projection: &mut Projection<S>,
+    (seen, settle): (&[LeafSlot], &Settle<'_, T, I>),
+    open: &mut OpenPairs,
+    any: bool,
+) {
+    let Projection { nearest, points, .. } = projection;
+    S::vectorize(
+        #[inline(always)]
+        || open.settle((&mut nearest[..], &points[..]), seen, settle, any),
+    );
 }
 
 /// Updates packets after hits. In any-hit queries, rays with a hit are finished. Returns whether a

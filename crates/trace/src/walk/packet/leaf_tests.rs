@@ -47,6 +47,10 @@ impl<S: Simd, const ANY: bool> VisitTogether<S::F32x16> for LeafTests<'_, '_, S,
             }
         } else {
             for lane in lanes_of(triangles) {
+                // A large triangle often ends the search of all rays.
+                if ANY && self.live & reaching == 0 {
+                    break;
+                }
                 self.test_triangle(leaf, lane, reaching);
             }
         }

@@ -13,7 +13,7 @@ mod leaf_tests;
 mod traverse;
 
 use intertri::simd::{Lanes, Mask, Simd};
-use intertri::{Counts, Filter, Ray, RayId, RayPacket};
+use intertri::{Counts, Filter, Ray, RayId, RayPacket, TriangleId};
 
 use crate::tree::{Margin, Tree};
 use crate::util::patience::Patience;
@@ -136,10 +136,12 @@ impl<'a> Packets<'a> {
             let any = &mut any[first.0 as usize..][..rays.len()];
             any.iter_mut().enumerate().for_each(|(lane, any)| *any = tests.hit >> lane & 1 != 0);
         } else {
-            let closest = tests.closest.lanes();
-            for (lane, (ray, closest)) in rays.iter().zip(&closest).enumerate() {
+            let (triangles, slots) = tests.closest.triangles();
+            let hits = triangles.iter().zip(&slots);
+            for (lane, (ray, (&triangle, &slot))) in rays.iter().zip(hits).enumerate() {
                 let id = RayId(first.0 + lane as u32);
-                retired.retire::<S>(tree, ray, id, closest.triangle(), output);
+                let hit = (triangle != TriangleId::NONE).then_some((triangle, slot));
+                retired.retire::<S>(tree, ray, id, hit, output);
             }
         }
 

@@ -3,10 +3,10 @@
 
 use intertri::internal::{Pairs, Resolver};
 use intertri::simd::Simd;
-use intertri::{LeafSlot, Ray, RayId, TriangleId};
+use intertri::{Hit, Hit32, LeafSlot, Ray, RayId, TriangleId};
 
 use crate::tree::Tree;
-use crate::walk::BatchOutput;
+use crate::walk::{BatchOutput, HitFormat};
 
 /// The hits of finished rays whose t, u, and v have not been computed yet.
 pub(crate) struct Retired<'a> {
@@ -39,43 +39,52 @@ impl<'a> Retired<'a> {
         if output.write((id.0 - self.first.0) as usize, hit) {
             return;
         }
-        if let Some((index, slot)) = hit {
-            let triangle = tree.triangle_in(slot);
-            self.pairs.set(self.len, ray, &triangle, index);
-            self.ids[self.len] = (id, slot);
-            self.resolver.prefetch((id, slot));
-            self.len += 1;
-            // Wait until eight pairs fill all lanes: computing t, u, and v for one pair at a time
-            // would leave most lanes idle.
-            if self.len == 8 {
-                self.flush::<S>(output);
-            }
+        if let Some(hit) = hit
+            && self.add(tree, ray, id, hit)
+        {
+            self.flush::<S>(output);
         }
+    }
+
+    /// Adds a hit. Returns whether there is no room for another one.
+    #[inline(always)]
+    pub(crate) fn add(
+        &mut self,
+        tree: &Tree,
+        ray: &Ray,
+        id: RayId,
+        (index, slot): (TriangleId, LeafSlot),
+    ) -> bool {
+        let triangle = tree.triangle_in(slot);
+        self.pairs.set(self.len, ray, &triangle, index);
+        self.ids[self.len] = (id, slot);
+        self.resolver.prefetch((id, slot));
+        self.len += 1;
+        // Eight pairs fill all lanes: computing t, u, and v for one pair at a time would leave most
+        // lanes idle.
+        self.len == 8
     }
 
     /// Computes and writes the hits collected so far.
     #[inline(always)]
     pub(crate) fn flush<S: Simd>(&mut self, output: &mut BatchOutput<'_>) {
+        match output {
+            BatchOutput::Hits(to) => self.write::<S, Hit>(to),
+            BatchOutput::Hits32(to) => self.write::<S, Hit32>(to),
+            _ => self.len = 0,
+        }
+    }
+
+    /// Computes the hits collected so far, and writes each to `to`, at the index of its ray.
+    #[inline(always)]
+    pub(crate) fn write<S: Simd, H: HitFormat>(&mut self, to: &mut [H]) {
         let Self { resolver, first, ref pairs, ref ids, len } = *self;
         if len > 0 {
-            match output {
-                BatchOutput::Hits(to) => {
-                    write((to, first), ids, &resolver.hits_in::<S>(pairs, ids, len)[..len]);
-                }
-                BatchOutput::Hits32(to) => {
-                    write((to, first), ids, &resolver.hits32_in::<S>(pairs, ids, len)[..len]);
-                }
-                _ => (),
+            let hits = H::met_in::<S>(resolver, pairs, ids, len);
+            for (hit, &(id, _)) in hits[..len].iter().zip(ids) {
+                to[(id.0 - first.0) as usize] = *hit;
             }
             self.len = 0;
         }
-    }
-}
-
-/// Writes each hit to `to`, at the index of its ray.
-#[inline(always)]
-fn write<H: Copy>((to, first): (&mut [H], RayId), ids: &[(RayId, LeafSlot)], hits: &[H]) {
-    for (hit, &(id, _)) in hits.iter().zip(ids) {
-        to[(id.0 - first.0) as usize] = *hit;
     }
 }
