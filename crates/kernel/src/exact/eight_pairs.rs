@@ -95,13 +95,9 @@ fn with_integers<S: Simd>(
 ) -> Signs<MaskOf<S>> {
     let [numbers @ .., t_min, t_max] = rows;
     let integers = Wrapped::<S>::new(numbers);
-    let mut errors = [[0.0; 8]; 4];
-    for (errors, bound) in errors.iter_mut().zip(bounds) {
-        bound.store(errors);
-    }
     let none = [Mask::from_bits(0); 3];
     let mut found = Signs { volumes: [none; 4], ends: [none; 2] };
-    let (volumes, t_and_d) = integers.volumes(&errors);
+    let (volumes, t_and_d) = integers.volumes(&bounds);
     for (masks, bits) in found.volumes.iter_mut().zip(volumes) {
         *masks = masks_of(bits);
     }
@@ -109,8 +105,7 @@ fn with_integers<S: Simd>(
     for (i, end) in [t_min, t_max].into_iter().enumerate() {
         let [over, under, _] = known.ends[i];
         if open & !(over | under).bits() != 0 {
-            end_bounds[i].store(&mut errors[0]);
-            found.ends[i] = masks_of(integers.end(t_and_d, end, &errors[0]));
+            found.ends[i] = masks_of(integers.end(t_and_d, end, end_bounds[i]));
         }
     }
     let mut signs = known.or(&found);
@@ -128,13 +123,7 @@ fn with_integers<S: Simd>(
     // Where a volume is 0, the *once* rule needs the signs of a normal.
     let row = |i: usize| S::F64x8::load(&rows[i]);
     let mut normals = NormalSigns::new(corners, Vec3 { x: row(9), y: row(10), z: row(11) });
-    let mut errors = [[[0.0; 8]; 3]; 3];
-    for (errors, bounds) in errors.iter_mut().zip(normals.bounds) {
-        for (errors, bound) in errors.iter_mut().zip(bounds) {
-            bound.store(errors);
-        }
-    }
-    for (known, bits) in normals.signs.iter_mut().zip(integers.normals(&errors)) {
+    for (known, bits) in normals.signs.iter_mut().zip(integers.normals(&normals.bounds)) {
         for (known, bits) in known.iter_mut().zip(bits) {
             let (open, more) = (!(known[0] | known[1] | known[2]), masks_of(bits));
             for (known, more) in known.iter_mut().zip(more) {

@@ -8,7 +8,7 @@
 //!
 //! `docs/numerics/exact.md`, section 4, has the proof.
 
-use crate::simd::{Ints, Simd};
+use crate::simd::{Ints, Lanes, Mask, Simd};
 
 /// The signs of a number in eight pairs: bits of the lanes in which it is certainly positive,
 /// negative, and 0.
@@ -19,9 +19,21 @@ pub(super) struct Wrapped<S: Simd> {
     corners: [[S::I64x8; 3]; 3],
     origin: [S::I64x8; 3],
     dir: [S::I64x8; 3],
-    /// The exponents of the units of all points and of the direction.
-    units: [[i64; 8]; 2],
+    /// The units of all points and of the direction, which are powers of two, or infinite if all
+    /// numbers are 0.
+    units: [S::F64x8; 2],
+    /// The lanes in which the integers are the coordinates.
+    converted: u32,
 }
+
+/// 1.5 * 2^52: adding this number moves an integer of up to 51 binary digits to the lowest bits.
+const TO_INTEGER: f64 = 1.5 * (1_u64 << 52) as f64;
+
+/// 2^51, the limit of such integers.
+const INTEGERS: f64 = (1_u64 << 51) as f64;
+
+/// 2^62: a number fits in 64 bits if the bound on its error is below this many of its units.
+const LIMIT: f64 = (1_u64 << 62) as f64;
 
 impl<S: Simd> Wrapped<S> {
     /// Converts the corners, the origin, and the direction, which the rows hold in f64. In the lanes
@@ -29,26 +41,35 @@ impl<S: Simd> Wrapped<S> {
     /// 3, excludes.
     #[inline(always)]
     pub(super) fn new(rows: &[[f64; 8]; 15]) -> Self {
-        // Write each number as an odd integer times a power of two, and find the unit of all points
-        // and that of the direction.
-        let (mut odd, mut exponents) = ([[0; 8]; 15], [[0; 8]; 15]);
-        let mut units = [[OF_ZERO; 8]; 2];
-        for (i, row) in rows.iter().enumerate() {
-            split(row, &mut odd[i], &mut exponents[i]);
-            lower(&mut units[i / 12], &exponents[i]);
+        let mut others = [[0.0; 8]; 15];
+        for (others, row) in others.iter_mut().zip(rows) {
+            clear_lowest_digit(row, others);
         }
-        for (i, (odd, exponent)) in odd.iter_mut().zip(&exponents).enumerate() {
-            scale(odd, exponent, &units[i / 12]);
+        // The unit is the lowest digit of any number.
+        let splat = <S::F64x8 as Lanes>::splat;
+        let (mut units, mut most) = ([splat(f64::INFINITY); 2], [splat(0.0); 2]);
+        for (i, (row, others)) in rows.iter().zip(&others).enumerate() {
+            let (x, unit) = (S::F64x8::load(row), units[i / 12]);
+            let digit = (x - S::F64x8::load(others)).abs();
+            let is_zero = digit.le(splat(0.0));
+            units[i / 12] = S::F64x8::select(is_zero, unit, digit.min(unit));
+            most[i / 12] = x.abs().max(most[i / 12]);
         }
-        let vec3 =
-            |i: usize| [Ints::load(&odd[i]), Ints::load(&odd[i + 1]), Ints::load(&odd[i + 2])];
-        Self { corners: [vec3(0), vec3(3), vec3(6)], origin: vec3(9), dir: vec3(12), units }
+        let inverse = [splat(1.0) / units[0], splat(1.0) / units[1]];
+        let fits = |i: usize| (most[i] * inverse[i]).lt(splat(INTEGERS)).bits();
+        let converted = fits(0) & fits(1);
+
+        let [points, dirs] = inverse;
+        let (c1, c2) = (integers::<S>(rows, 0, points), integers::<S>(rows, 3, points));
+        let (c3, origin) = (integers::<S>(rows, 6, points), integers::<S>(rows, 9, points));
+        let dir = integers::<S>(rows, 12, dirs);
+        Self { corners: [c1, c2, c3], origin, dir, units, converted }
     }
 
     /// Returns the signs of U, V, W, and T, which f64 has left open with these bounds on their
     /// errors, and T and D.
     #[inline(always)]
-    pub(super) fn volumes(&self, bounds: &[[f64; 8]; 4]) -> ([SignBits; 4], [S::I64x8; 2]) {
+    pub(super) fn volumes(&self, bounds: &[S::F64x8; 4]) -> ([SignBits; 4], [S::I64x8; 2]) {
         let Self { corners: [c1, c2, c3], origin, dir, .. } = *self;
         let (a, h4, h5) = (minus(c1, origin), minus(c2, c1), minus(c3, c1));
         let (moment, normal) = (cross(a, dir), cross(h4, h5));
@@ -56,123 +77,126 @@ impl<S: Simd> Wrapped<S> {
         let (zero, den) = (S::I64x8::splat(0), dot(dir, normal));
         let (w, u, t) = (zero - minus_w, den - v + minus_w, dot(a, normal));
 
-        let mut signs = [[0; 3]; 4];
-        for (i, volume) in [u, v, w, t].into_iter().enumerate() {
-            let degree = if i < 3 { [2, 1] } else { [3, 0] };
-            signs[i] = self.signs(volume, degree, &bounds[i]);
-        }
+        let [points, dirs] = self.units;
+        let (square, [of_u, of_v, of_w, of_t]) = (points * points, *bounds);
+        let edge = square * dirs;
+        let signs = [
+            self.signs(u, edge, of_u),
+            self.signs(v, edge, of_v),
+            self.signs(w, edge, of_w),
+            self.signs(t, square * points, of_t),
+        ];
         (signs, [t, den])
     }
 
     /// Returns the signs of `T - end D`, which f64 has left open with these bounds on their errors. An
-    /// end must be positive, and not subnormal, in the lanes whose results are used.
+    /// end must not be 0 or subnormal in the lanes whose results are used.
     #[inline(always)]
     pub(super) fn end(
         &self,
-        t_and_d: [S::I64x8; 2],
+        [t, den]: [S::I64x8; 2],
         end: &[f64; 8],
-        bounds: &[f64; 8],
+        bounds: S::F64x8,
     ) -> SignBits {
-        let (mut odd, mut exponents) = ([0; 8], [0; 8]);
-        split(end, &mut odd, &mut exponents);
-        let [mut t, mut d] = [[0; 8]; 2];
-        t_and_d[0].store(&mut t);
-        t_and_d[1].store(&mut d);
+        let (mut of_t, mut of_d, mut errors) = ([0; 8], [0; 8], [0.0; 8]);
+        t.store(&mut of_t);
+        den.store(&mut of_d);
+        bounds.store(&mut errors);
+        let mut units = [[0.0; 8]; 2];
+        self.units[0].store(&mut units[0]);
+        self.units[1].store(&mut units[1]);
         let mut in_range = 0;
         for lane in 0..8 {
+            // Write the end as an odd integer times a power of two.
+            let bits = end[lane].to_bits();
+            let digits = bits & ((1 << 52) - 1) | 1 << 52;
+            let zeros = digits.trailing_zeros();
+            let size = (digits >> zeros) as i64;
+            let odd = if end[lane] < 0.0 { -size } else { size };
+
             // The units of T and of `end D` are powers of two, and that of the difference is the
             // smaller one.
-            let [points, dirs] = self.units.map(|units| units[lane]);
-            let of_t = 3 * points;
-            let of_product = 2 * points + dirs + exponents[lane];
-            let unit = if of_t < of_product { of_t } else { of_product };
-            let shifted = |x: i64, by: i64| if by < 64 { x << (by & 63) } else { 0 };
-            let product = d[lane].wrapping_mul(odd[lane]);
-            t[lane] =
-                shifted(t[lane], of_t - unit).wrapping_sub(shifted(product, of_product - unit));
+            let [points, dirs] = [exponent(units[0][lane]), exponent(units[1][lane])];
+            let unit_of_t = 3 * points;
+            let unit_of_d = 2 * points + dirs + exponent(end[lane]) - 52 + i64::from(zeros);
+            let unit = if unit_of_t < unit_of_d { unit_of_t } else { unit_of_d };
+            let product = of_d[lane].wrapping_mul(odd);
+            of_t[lane] = shifted(of_t[lane], unit_of_t - unit)
+                .wrapping_sub(shifted(product, unit_of_d - unit));
+            let limit = f64::from_bits(((1023 + unit) as u64) << 52) * LIMIT;
             let is_normal = UNITS[0] <= unit && unit <= UNITS[1];
-            in_range |= u32::from(is_normal && bounds[lane] < limit(unit)) << lane;
+            in_range |= u32::from(is_normal && errors[lane] < limit) << lane;
         }
-        let difference = <S::I64x8 as Ints>::load(&t);
-        let (negative, zero) = (difference.negative(), difference.zero());
-        [!(negative | zero), negative, zero].map(|bits| bits & in_range)
+        sign_bits(<S::I64x8 as Ints>::load(&of_t), in_range & self.converted)
     }
 
     /// Returns the signs of the components of N₁ = B × C, N₂ = C × A, and N₃ = A × B, which f64 has
     /// left open with these bounds on their errors.
     #[inline(always)]
-    pub(super) fn normals(&self, bounds: &[[[f64; 8]; 3]; 3]) -> [[SignBits; 3]; 3] {
-        let Self { corners: [c1, c2, c3], origin, .. } = *self;
+    pub(super) fn normals(&self, bounds: &[[S::F64x8; 3]; 3]) -> [[SignBits; 3]; 3] {
+        let Self { corners: [c1, c2, c3], origin, units: [points, _], .. } = *self;
         let (a, b, c) = (minus(c1, origin), minus(c2, origin), minus(c3, origin));
-        let mut signs = [[[0; 3]; 3]; 3];
+        let (mut signs, unit) = ([[[0; 3]; 3]; 3], points * points);
         for (i, normal) in [cross(b, c), cross(c, a), cross(a, b)].into_iter().enumerate() {
             for (k, component) in normal.into_iter().enumerate() {
-                signs[i][k] = self.signs(component, [2, 0], &bounds[i][k]);
+                signs[i][k] = self.signs(component, unit, bounds[i][k]);
             }
         }
         signs
     }
 
-    /// Returns the signs of a number whose unit is a product of the units of points and directions,
-    /// each to the given power.
+    /// Returns the signs of a number with the given unit, and a bound on its error.
     #[inline(always)]
-    fn signs(&self, number: S::I64x8, [points, dirs]: [i64; 2], bounds: &[f64; 8]) -> SignBits {
-        let mut in_range = 0;
-        for (lane, bound) in bounds.iter().enumerate() {
-            let unit = points * self.units[0][lane] + dirs * self.units[1][lane];
-            in_range |= u32::from(*bound < limit(unit)) << lane;
-        }
-        let (negative, zero) = (number.negative(), number.zero());
-        [!(negative | zero), negative, zero].map(|bits| bits & in_range)
+    fn signs(&self, number: S::I64x8, unit: S::F64x8, bound: S::F64x8) -> SignBits {
+        let in_range = bound.lt(unit * Lanes::splat(LIMIT)).bits();
+        sign_bits(number, in_range & self.converted)
     }
 }
 
-/// The exponent of 0, which is larger than that of any other number.
-const OF_ZERO: i64 = 1 << 12;
+/// Returns three rows as integers, given the inverse of their unit.
+#[inline(always)]
+fn integers<S: Simd>(rows: &[[f64; 8]; 15], first: usize, inverse: S::F64x8) -> [S::I64x8; 3] {
+    let mut all = [S::I64x8::splat(0); 3];
+    for (to, row) in all.iter_mut().zip(&rows[first..]) {
+        let mut sum = [0.0; 8];
+        (S::F64x8::load(row) * inverse + Lanes::splat(TO_INTEGER)).store(&mut sum);
+        let bits: &[i64; 8] = bytemuck::cast_ref(&sum);
+        *to = <S::I64x8 as Ints>::load(bits) - Ints::splat(TO_INTEGER.to_bits() as i64);
+    }
+    all
+}
 
-/// The exponents of units for which [`limit`] is a normal number. Only those of products with an end of
-/// an interval may be outside.
+/// The exponents of units for which `2^62` units are a normal number. Only those of products with an
+/// end of an interval may be outside.
 const UNITS: [i64; 2] = [-1000, 900];
 
-/// Writes numbers as odd integers times powers of two.
+/// Returns the exponent of a number that is not 0 or subnormal.
 #[inline(always)]
-fn split(row: &[f64; 8], odd: &mut [i64; 8], exponents: &mut [i64; 8]) {
-    for lane in 0..8 {
-        let bits = row[lane].to_bits();
-        let size = bits & (u64::MAX >> 1);
-        let digits = size & ((1 << 52) - 1) | 1 << 52;
-        let zeros = u64::from(digits.trailing_zeros());
-        let (digits, sign) = ((digits >> zeros) as i64, bits as i64 >> 63);
-        // Negate the digits if the sign is -1.
-        let digits = (digits ^ sign) - sign;
-        let exponent = (size >> 52) as i64 - 1075 + zeros as i64;
-        (odd[lane], exponents[lane]) = if size == 0 { (0, OF_ZERO) } else { (digits, exponent) };
-    }
+fn exponent(x: f64) -> i64 {
+    (x.to_bits() >> 52 & 0x7ff) as i64 - 1023
 }
 
-/// Replaces each exponent by the smaller of two.
+/// Multiplies a number by a power of two, modulo 2^64. The exponent is positive or 0.
 #[inline(always)]
-fn lower(least: &mut [i64; 8], exponents: &[i64; 8]) {
-    for (least, exponent) in least.iter_mut().zip(exponents) {
-        *least = if *exponent < *least { *exponent } else { *least };
-    }
+fn shifted(x: i64, by: i64) -> i64 {
+    if by < 64 { x << (by & 63) } else { 0 }
 }
 
-/// Converts odd integers to numbers modulo 2^64, in units that divide them.
+/// Returns the signs of a number in these lanes.
 #[inline(always)]
-fn scale(odd: &mut [i64; 8], exponents: &[i64; 8], units: &[i64; 8]) {
-    for lane in 0..8 {
-        let shift = exponents[lane] - units[lane];
-        odd[lane] = if shift < 64 { odd[lane] << (shift & 63) } else { 0 };
-    }
+fn sign_bits<I: Ints>(number: I, lanes: u32) -> SignBits {
+    let (negative, zero) = (number.negative(), number.zero());
+    [!(negative | zero) & lanes, negative & lanes, zero & lanes]
 }
 
-/// Returns the bound on errors below which the volume fits, given the exponent of its unit.
+/// Replaces the lowest binary digit of each number by 0. Powers of two become 0.
 #[inline(always)]
-fn limit(unit: i64) -> f64 {
-    // 2^62 units. If there is no unit because all points or the direction are 0, this may be any
-    // f64, and the volume is 0 as computed.
-    f64::from_bits(((1023 + 62 + unit) as u64) << 52)
+fn clear_lowest_digit(row: &[f64; 8], to: &mut [f64; 8]) {
+    for (to, x) in to.iter_mut().zip(row) {
+        let bits = x.to_bits();
+        let is_power = bits & ((1 << 52) - 1) == 0;
+        *to = f64::from_bits(if is_power { 0 } else { bits & bits.wrapping_sub(1) });
+    }
 }
 
 #[inline(always)]
@@ -198,14 +222,15 @@ fn dot<I: Ints>(a: [I; 3], b: [I; 3]) -> I {
 mod tests {
     use super::{SignBits, Wrapped};
     use crate::exact::test_numbers::random;
-    use crate::simd::{Level, Simd, WithSimd};
+    use crate::simd::{Lanes, Level, Simd, WithSimd};
 
     struct In<'a>(&'a [[f64; 8]; 15], &'a [[f64; 8]; 4]);
     impl WithSimd for In<'_> {
         type Output = [SignBits; 4];
         #[inline(always)]
         fn run<S: Simd>(self) -> [SignBits; 4] {
-            Wrapped::<S>::new(self.0).volumes(self.1).0
+            let bounds = self.1.each_ref().map(|bounds| Lanes::load(bounds));
+            Wrapped::<S>::new(self.0).volumes(&bounds).0
         }
     }
 
@@ -233,7 +258,7 @@ mod tests {
         }
     }
 
-    /// Attacks the range: U is a small multiple of 2^60, and its bound is around 2^62. The edge from
+    /// Attacks the range: U is a small multiple of 2^61, and its bound is around 2^62. The edge from
     /// the short B to the long C is nearly met, because d = m C + B, and B is then moved by a few units.
     #[test]
     fn volumes_at_the_limit_have_their_signs() {
@@ -243,11 +268,11 @@ mod tests {
             let mut truth = [0_i128; 8];
             for lane in 0..8 {
                 let mut vec3 = |size: f64| [0; 3].map(|_| (2.0 * size * random()) as i64);
-                let (o, a, mut b, c) = (vec3(1e9), vec3(1e9), vec3(1e6), vec3(1e12));
-                let m = (4096.0 * (1.0 + random())) as i64;
+                let (o, a, mut b, c) = (vec3(1e9), vec3(1e9), vec3(4e6), vec3(1e12));
+                let m = (1024.0 * (1.5 + random())) as i64;
                 let d = [0, 1, 2].map(|k| m * c[k] + b[k]);
                 for x in &mut b {
-                    *x += (12.0 * random()).round() as i64;
+                    *x += (6.0 * random()).round() as i64;
                 }
                 let numbers = [a, b, c].map(|corner| [0, 1, 2].map(|k| corner[k] + o[k]));
                 let numbers = [numbers[0], numbers[1], numbers[2], o, d];
@@ -289,23 +314,24 @@ mod tests {
         type Output = [[SignBits; 3]; 3];
         #[inline(always)]
         fn run<S: Simd>(self) -> Self::Output {
-            Wrapped::<S>::new(self.0).normals(self.1)
+            let bounds =
+                self.1.each_ref().map(|of| of.each_ref().map(|bounds| Lanes::load(bounds)));
+            Wrapped::<S>::new(self.0).normals(&bounds)
         }
     }
 
-    /// Attacks the range of the normals' components: B × C is around 2^63 and its bound around 2^62,
-    /// because C = m B + e with a short e.
+    /// Attacks the components of normals, which are differences of large products, because C = m B + e
+    /// with a short e. Coordinates of up to 51 digits can be converted.
     #[test]
-    fn normals_at_the_limit_have_their_signs() {
+    fn normals_of_large_coordinates_have_their_signs() {
         let (mut random, mut counts) = (random(), [0; 3]);
         for i in 0..40_000 {
             let (mut rows, mut bounds) = ([[0.0; 8]; 15], [[[f64::INFINITY; 8]; 3]; 3]);
             let mut truth = [[0_i128; 3]; 8];
             for lane in 0..8 {
                 let mut vec3 = |size: f64| [0; 3].map(|_| (2.0 * size * random()).round() as i128);
-                let (b, e, m) = (vec3(2_f64.powi(51)), vec3(24.0), vec3(3.0)[0]);
-                let b = b.map(|x| 16 * x);
-                let c = [0, 1, 2].map(|k| m * b[k] + 16 * e[k]);
+                let (b, e, m) = (vec3(2_f64.powi(49)), vec3(24.0), vec3(3.0)[0]);
+                let c = [0, 1, 2].map(|k| m * b[k] + e[k]);
                 // The first corner determines the unit, 1.
                 let numbers = [[1, 0, 0], b, c, [0; 3], [1, 2, 3]];
                 for (row, x) in rows.iter_mut().zip(numbers.as_flattened()) {
@@ -336,7 +362,7 @@ mod tests {
                         }
                         assert_eq!(found, [*truth > 0, *truth < 0, *truth == 0], "{truth}");
                         counts[1] += 1;
-                        counts[2] += u32::from(truth.unsigned_abs() > 1 << 62);
+                        counts[2] += u32::from(truth.unsigned_abs() > 1 << 49);
                     }
                 }
             }
@@ -349,8 +375,8 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self) -> SignBits {
             let all = Wrapped::<S>::new(self.0);
-            let (_, t_and_d) = all.volumes(&[[f64::NAN; 8]; 4]);
-            all.end(t_and_d, self.1, self.2)
+            let (_, t_and_d) = all.volumes(&[Lanes::splat(f64::NAN); 4]);
+            all.end(t_and_d, self.1, Lanes::load(self.2))
         }
     }
 
