@@ -255,6 +255,7 @@ mod tests {
                     3 => triangle.0[i % 3][lane % 3] = odd[i % odd.len()],
                     4 => ray.dir[lane % 3] = odd[i % odd.len()],
                     5 => ray.dir = [X::nearest([0.0, -0.0][lane % 2]); 3],
+                    6 => ray.t_max = X::nearest([-1.0, 0.0, -0.0, f64::NEG_INFINITY][i % 4]),
                     _ => {}
                 }
                 pairs.set(lane, &ray, &triangle);

@@ -213,9 +213,14 @@ pub(super) fn decide_refined<D: Lanes<Scalar = f64>>(
     let (num, den) = (t.abs(), den.abs());
     let (near, near_err) = beyond(&num, &den, t_min);
     let (far, far_err) = beyond(&num, &den, t_max);
-    // For hits, t > 0, so an end at 0 or at infinity needs no comparison, which might be undecided.
+    // For hits, t > 0, so negative ends and ends at 0 or at infinity need no comparison, which might be
+    // undecided. The error bounds hold only for positive ends.
     let (open, endless) = (t_min.le(D::splat(0.0)), t_max.ge(D::splat(f64::INFINITY)));
-    let ends = [[near[0] | open, near[1] & !open, none], [far[0], far[1] | endless, none]];
+    let empty = t_max.le(D::splat(0.0));
+    let ends = [
+        [near[0] | open, near[1] & !open, none],
+        [far[0] | empty, far[1] & !empty | endless, none],
+    ];
 
     let signs = Signs { volumes: [u_signs, v_signs, w_signs, t.signs(VOLUME)], ends };
     let mut decided = signs.decide();
@@ -331,7 +336,8 @@ pub(super) fn passes([p, q]: [Vec3<f64>; 2], org: Vec3<f64>, dir: Vec3<f64>) -> 
 }
 
 /// Returns the lanes in which `num / den` is certainly beyond an end of the interval, those in which it
-/// is certainly before that end, and the bound on the error of `num - end * den`.
+/// is certainly before that end, and the bound on the error of `num - end * den`. The end must be
+/// positive.
 #[inline(always)]
 fn beyond<D: Lanes<Scalar = f64>>(num: &Sum<D>, den: &Sum<D>, end: D) -> ([D::Mask; 2], D) {
     // num / den < end, multiplied by the positive den.

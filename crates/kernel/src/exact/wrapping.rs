@@ -1,7 +1,7 @@
 //! The signs of volumes that f64 leaves open, from 64-bit integers that may wrap, in lanes.
 //!
 //! ```text
-//!   x = q·2^l    q mod 2^64           f64 leaves V open only if |V| ≤ 2E. If 2E < 2^63·ω, where ω is
+//!   x = n·2^l    n mod 2^64           f64 leaves V open only if |V| ≤ 2E. If 2E < 2^63·ω, where ω is
 //!   V / ω = d·(B × C) mod 2^64        the unit of V, the integer modulo 2^64 is V / ω itself, however
 //!                                     often the steps before it wrapped.
 //! ```
@@ -30,7 +30,10 @@ pub(super) struct Wrapped<S: Simd> {
 const TO_INTEGER: f64 = 1.5 * (1_u64 << 52) as f64;
 
 /// 2^51, the limit of such integers.
-const INTEGERS: f64 = (1_u64 << 51) as f64;
+const SHORT: f64 = (1_u64 << 51) as f64;
+
+/// 2^40: longer integers are divided by this number.
+const PART: f64 = (1_u64 << 40) as f64;
 
 /// 2^62: a number fits in 64 bits if the bound on its error is below this many of its units.
 const LIMIT: f64 = (1_u64 << 62) as f64;
@@ -56,13 +59,16 @@ impl<S: Simd> Wrapped<S> {
             most[i / 12] = x.abs().max(most[i / 12]);
         }
         let inverse = [splat(1.0) / units[0], splat(1.0) / units[1]];
-        let fits = |i: usize| (most[i] * inverse[i]).lt(splat(INTEGERS)).bits();
-        let converted = fits(0) & fits(1);
+        let largest = (most[0] * inverse[0]).max(most[1] * inverse[1]);
+        let converted = largest.lt(splat(SHORT * PART)).bits();
+        let is_long = converted & !largest.lt(splat(SHORT)).bits() != 0;
 
         let [points, dirs] = inverse;
-        let (c1, c2) = (integers::<S>(rows, 0, points), integers::<S>(rows, 3, points));
-        let (c3, origin) = (integers::<S>(rows, 6, points), integers::<S>(rows, 9, points));
-        let dir = integers::<S>(rows, 12, dirs);
+        let (c1, c2) =
+            (integers::<S>(rows, 0, points, is_long), integers::<S>(rows, 3, points, is_long));
+        let (c3, origin) =
+            (integers::<S>(rows, 6, points, is_long), integers::<S>(rows, 9, points, is_long));
+        let dir = integers::<S>(rows, 12, dirs, is_long);
         Self { corners: [c1, c2, c3], origin, dir, units, converted }
     }
 
@@ -90,7 +96,7 @@ impl<S: Simd> Wrapped<S> {
     }
 
     /// Returns the signs of `T - end D`, which f64 has left open with these bounds on their errors. An
-    /// end must not be 0 or subnormal in the lanes whose results are used.
+    /// end must be positive and not subnormal in the lanes whose results are used.
     #[inline(always)]
     pub(super) fn end(
         &self,
@@ -111,8 +117,7 @@ impl<S: Simd> Wrapped<S> {
             let bits = end[lane].to_bits();
             let digits = bits & ((1 << 52) - 1) | 1 << 52;
             let zeros = digits.trailing_zeros();
-            let size = (digits >> zeros) as i64;
-            let odd = if end[lane] < 0.0 { -size } else { size };
+            let odd = (digits >> zeros) as i64;
 
             // The units of T and of `end D` are powers of two, and that of the difference is the
             // smaller one.
@@ -153,17 +158,36 @@ impl<S: Simd> Wrapped<S> {
     }
 }
 
-/// Returns three rows as integers, given the inverse of their unit.
+/// Returns three rows as integers modulo 2^64, given the inverse of their unit. With `is_long`, they may
+/// have up to 91 binary digits, otherwise up to 51.
 #[inline(always)]
-fn integers<S: Simd>(rows: &[[f64; 8]; 15], first: usize, inverse: S::F64x8) -> [S::I64x8; 3] {
+fn integers<S: Simd>(
+    rows: &[[f64; 8]; 15],
+    first: usize,
+    inverse: S::F64x8,
+    is_long: bool,
+) -> [S::I64x8; 3] {
+    let splat = <S::F64x8 as Lanes>::splat;
     let mut all = [S::I64x8::splat(0); 3];
     for (to, row) in all.iter_mut().zip(&rows[first..]) {
-        let mut sum = [0.0; 8];
-        (S::F64x8::load(row) * inverse + Lanes::splat(TO_INTEGER)).store(&mut sum);
-        let bits: &[i64; 8] = bytemuck::cast_ref(&sum);
-        *to = <S::I64x8 as Ints>::load(bits) - Ints::splat(TO_INTEGER.to_bits() as i64);
+        let mut low = S::F64x8::load(row) * inverse;
+        if is_long {
+            let sum = low * splat(1.0 / PART) + splat(TO_INTEGER);
+            low = low - (sum - splat(TO_INTEGER)) * splat(PART);
+            *to = lowest_bits::<S>(sum).times(Ints::splat(PART as i64));
+        }
+        *to = *to + lowest_bits::<S>(low + splat(TO_INTEGER));
     }
     all
+}
+
+/// Returns the integer that was added to [`TO_INTEGER`].
+#[inline(always)]
+fn lowest_bits<S: Simd>(sum: S::F64x8) -> S::I64x8 {
+    let mut lanes = [0.0; 8];
+    sum.store(&mut lanes);
+    let bits: &[i64; 8] = bytemuck::cast_ref(&lanes);
+    <S::I64x8 as Ints>::load(bits) - Ints::splat(TO_INTEGER.to_bits() as i64)
 }
 
 /// The exponents of units for which `2^62` units are a normal number. Only those of products with an
@@ -258,7 +282,7 @@ mod tests {
         }
     }
 
-    /// Attacks the range: U is a small multiple of 2^61, and its bound is around 2^62. The edge from
+    /// Attacks the range: U is a small multiple of 2^60, and its bound is around 2^62. The edge from
     /// the short B to the long C is nearly met, because d = m C + B, and B is then moved by a few units.
     #[test]
     fn volumes_at_the_limit_have_their_signs() {
@@ -268,11 +292,11 @@ mod tests {
             let mut truth = [0_i128; 8];
             for lane in 0..8 {
                 let mut vec3 = |size: f64| [0; 3].map(|_| (2.0 * size * random()) as i64);
-                let (o, a, mut b, c) = (vec3(1e9), vec3(1e9), vec3(4e6), vec3(1e12));
-                let m = (1024.0 * (1.5 + random())) as i64;
+                let (o, a, mut b, c) = (vec3(1e9), vec3(1e9), vec3(1e6), vec3(1e12));
+                let m = (4096.0 * (1.0 + random())) as i64;
                 let d = [0, 1, 2].map(|k| m * c[k] + b[k]);
                 for x in &mut b {
-                    *x += (6.0 * random()).round() as i64;
+                    *x += (12.0 * random()).round() as i64;
                 }
                 let numbers = [a, b, c].map(|corner| [0, 1, 2].map(|k| corner[k] + o[k]));
                 let numbers = [numbers[0], numbers[1], numbers[2], o, d];
@@ -320,18 +344,19 @@ mod tests {
         }
     }
 
-    /// Attacks the components of normals, which are differences of large products, because C = m B + e
-    /// with a short e. Coordinates of up to 51 digits can be converted.
+    /// Attacks the range of the normals' components: B × C is around 2^63 and its bound around 2^62,
+    /// because C = m B + e with a short e.
     #[test]
-    fn normals_of_large_coordinates_have_their_signs() {
+    fn normals_at_the_limit_have_their_signs() {
         let (mut random, mut counts) = (random(), [0; 3]);
         for i in 0..40_000 {
             let (mut rows, mut bounds) = ([[0.0; 8]; 15], [[[f64::INFINITY; 8]; 3]; 3]);
             let mut truth = [[0_i128; 3]; 8];
             for lane in 0..8 {
                 let mut vec3 = |size: f64| [0; 3].map(|_| (2.0 * size * random()).round() as i128);
-                let (b, e, m) = (vec3(2_f64.powi(49)), vec3(24.0), vec3(3.0)[0]);
-                let c = [0, 1, 2].map(|k| m * b[k] + e[k]);
+                let (b, e, m) = (vec3(2_f64.powi(51)), vec3(24.0), vec3(3.0)[0]);
+                let b = b.map(|x| 16 * x);
+                let c = [0, 1, 2].map(|k| m * b[k] + 16 * e[k]);
                 // The first corner determines the unit, 1.
                 let numbers = [[1, 0, 0], b, c, [0; 3], [1, 2, 3]];
                 for (row, x) in rows.iter_mut().zip(numbers.as_flattened()) {
@@ -362,13 +387,14 @@ mod tests {
                         }
                         assert_eq!(found, [*truth > 0, *truth < 0, *truth == 0], "{truth}");
                         counts[1] += 1;
-                        counts[2] += u32::from(truth.unsigned_abs() > 1 << 49);
+                        counts[2] += u32::from(truth.unsigned_abs() > 1 << 62);
                     }
                 }
             }
         }
         assert!(counts.iter().all(|count| *count > 1000), "{counts:?}");
     }
+
     struct EndIn<'a>(&'a [[f64; 8]; 15], &'a [f64; 8], &'a [f64; 8]);
     impl WithSimd for EndIn<'_> {
         type Output = SignBits;
