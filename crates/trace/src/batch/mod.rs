@@ -45,6 +45,11 @@ const CHUNK: usize = 4096;
 /// chunks help because each bundle determines the size of the next.
 const CHUNKS: usize = 16;
 
+/// The number of chunks per thread, and the number if rays are sorted: the more rays are sorted together,
+/// the closer together they are.
+const CHUNKS_PER_THREAD: usize = 16;
+const SORTED_CHUNKS: usize = 4;
+
 /// The minimum number of rays that a thread takes at a time if there are too few for full chunks.
 const SMALLEST: usize = 256;
 
@@ -64,8 +69,8 @@ impl<S: Backend> RayBatch<'_, S> {
     /// Panics if there is not one answer per ray.
     pub(crate) fn trace<A: Answer>(&self, answers: &mut [A]) -> Counts {
         assert_eq!(self.rays.len(), answers.len(), "there must be one answer per ray");
-        let runs: Vec<_> =
-            self.runs::<A>().into_iter().map(|run| (Pieces::of(&run), run)).collect();
+        let pieces = |run: Run| (Pieces::of(&run, self.sorting::<A>(&run.rays).is_some()), run);
+        let runs: Vec<_> = self.runs::<A>().into_iter().map(pieces).collect();
         let (mut pieces, mut rest) = (Vec::new(), answers);
         for (of, run) in &runs {
             let (some, others) = std::mem::take(&mut rest).split_at_mut(run.rays.len());
@@ -103,6 +108,14 @@ impl<S: Backend> RayBatch<'_, S> {
         }
     }
 
+    /// Returns how some of the rays are to be sorted, if they are.
+    fn sorting<A: Answer>(&self, rays: &Range<usize>) -> Option<Sorting> {
+        // As for tiles, only bundles benefit.
+        let in_bundles = A::IN_BUNDLES && self.selection.is_none();
+        let any = || A::output(&mut []).any();
+        in_bundles.then(|| apex::sorting(&self.rays[rays.clone()], any())).flatten()
+    }
+
     /// Traces rays that are not pixels in rows on this thread, starting at ray `begin`. Rays with a
     /// common origin, end, or direction are sorted if their order is not coherent.
     fn trace_others<A: Answer>(
@@ -111,13 +124,11 @@ impl<S: Backend> RayBatch<'_, S> {
         answers: &mut [A],
         choice: &mut Choice,
     ) -> Counts {
-        let rays = &self.rays[begin..begin + answers.len()];
-        let in_bundles = A::IN_BUNDLES && self.selection.is_none();
-        let sorting = in_bundles.then(|| apex::sorting(rays, A::output(&mut []).any())).flatten();
-        let Some(Sorting { key, window }) = sorting else {
-            let all = begin..begin + answers.len();
+        let all = begin..begin + answers.len();
+        let Some(Sorting { key, window }) = self.sorting::<A>(&all) else {
             return self.trace_part(all, A::output(answers), choice);
         };
+        let rays = &self.rays[all];
         let (mut sorter, mut counts) = (Sorter::default(), Counts::default());
         let (mut gathered, mut found) = (Vec::new(), Vec::new());
         for (rays, answers) in rays.chunks(window).zip(answers.chunks_mut(window)) {
@@ -194,7 +205,7 @@ pub(crate) fn chunks<R: Sync, A: Send>(
     each: impl Fn(&[R], &mut [A]) -> Counts + Sync,
 ) -> Counts {
     assert_eq!(of.len(), answers.len(), "there must be one answer per item");
-    let size = chunk_size(of.len());
+    let size = chunk_size(of.len(), CHUNKS_PER_THREAD);
     add(of.chunks(size).zip(answers.chunks_mut(size)), |(of, answers)| each(of, answers))
 }
 
@@ -219,25 +230,26 @@ struct Pieces {
 }
 
 impl Pieces {
-    fn of(run: &Run) -> Self {
+    fn of(run: &Run, is_sorted: bool) -> Self {
         let rays = run.rays.len();
         let Some(width) = run.width else {
-            return Self { size: chunk_size(rays), band: None };
+            let each = if is_sorted { SORTED_CHUNKS } else { CHUNKS_PER_THREAD };
+            return Self { size: chunk_size(rays, each), band: None };
         };
         let band = Band::of_picture(width, rays, threads::count());
         Self { size: band.pixels(), band: Some(band) }
     }
 }
 
-/// Returns a chunk size for which each thread gets several chunks, so that all threads finish at
+/// Returns a chunk size for which each thread gets about `each` chunks, so that all threads finish at
 /// about the same time.
-fn chunk_size(rays: usize) -> usize {
+fn chunk_size(rays: usize, each: usize) -> usize {
     let threads = threads::count();
     if rays < threads * CHUNK {
         return rays.div_ceil(threads).next_multiple_of(SMALLEST).max(SMALLEST);
     }
     // A single thread does not have to wait for other threads.
-    let each = if threads == 1 { 1 } else { 16 };
+    let each = if threads == 1 { 1 } else { each };
     (rays / (each * threads)).next_multiple_of(CHUNK).clamp(CHUNK, CHUNKS * CHUNK)
 }
 
