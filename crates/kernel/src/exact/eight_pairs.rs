@@ -245,19 +245,7 @@ mod tests {
                 }
                 let mut ray = RayOf { origin, t_min: X::ZERO, dir, t_max: X::INFINITY };
                 let mut triangle = TriangleOf(corners);
-                match (i + lane) % 8 {
-                    0 => ray.t_max = X::ONE,
-                    1 => ray.t_min = X::ONE,
-                    2 => {
-                        ray.dir[i % 3] = X::ZERO;
-                        (0..3).for_each(|corner| triangle.0[corner][i % 3] = ray.origin[i % 3]);
-                    }
-                    3 => triangle.0[i % 3][lane % 3] = odd[i % odd.len()],
-                    4 => ray.dir[lane % 3] = odd[i % odd.len()],
-                    5 => ray.dir = [X::nearest([0.0, -0.0][lane % 2]); 3],
-                    6 => ray.t_max = X::nearest([-1.0, 0.0, -0.0, f64::NEG_INFINITY][i % 4]),
-                    _ => {}
-                }
+                vary((i, lane), (&mut ray, &mut triangle), odd[i % odd.len()]);
                 pairs.set(lane, &ray, &triangle);
                 each.push((ray, triangle));
             }
@@ -302,6 +290,27 @@ mod tests {
         assert!(undecided > some && hits > some && misses > some, "{counts:?}");
         assert!(starting > some / 4 || step == 1e-7, "{counts:?}");
         assert!(on_edges > some && not_owned > some || is_f64::<X>() && step == 1e-7, "{counts:?}");
+    }
+
+    /// Changes the interval, a number, or the direction of some pairs.
+    fn vary<X: Scalar>(
+        (i, lane): (usize, usize),
+        (ray, triangle): (&mut RayOf<X>, &mut TriangleOf<X>),
+        odd: X,
+    ) {
+        match (i + lane) % 8 {
+            0 => ray.t_max = X::ONE,
+            1 => ray.t_min = X::ONE,
+            2 => {
+                ray.dir[i % 3] = X::ZERO;
+                (0..3).for_each(|corner| triangle.0[corner][i % 3] = ray.origin[i % 3]);
+            }
+            3 => triangle.0[i % 3][lane % 3] = odd,
+            4 => ray.dir[lane % 3] = odd,
+            5 => ray.dir = [X::nearest([0.0, -0.0][lane % 2]); 3],
+            6 => ray.t_max = X::nearest([-1.0, 0.0, -0.0, f64::NEG_INFINITY][i % 4]),
+            _ => {}
+        }
     }
 
     /// The weights of the corners opposite the edges must be 0.
