@@ -63,12 +63,11 @@ impl<S: Simd> Wrapped<S> {
         let converted = largest.lt(splat(SHORT * PART)).bits();
         let is_long = converted & !largest.lt(splat(SHORT)).bits() != 0;
 
-        let [points, dirs] = inverse;
-        let (c1, c2) =
-            (integers::<S>(rows, 0, points, is_long), integers::<S>(rows, 3, points, is_long));
-        let (c3, origin) =
-            (integers::<S>(rows, 6, points, is_long), integers::<S>(rows, 9, points, is_long));
-        let dir = integers::<S>(rows, 12, dirs, is_long);
+        let [c1, c2, c3, origin, dir] = if is_long {
+            integers::<S, true>(rows, inverse)
+        } else {
+            integers::<S, false>(rows, inverse)
+        };
         Self { corners: [c1, c2, c3], origin, dir, units, converted }
     }
 
@@ -158,25 +157,24 @@ impl<S: Simd> Wrapped<S> {
     }
 }
 
-/// Returns three rows as integers modulo 2^64, given the inverse of their unit. With `is_long`, they may
-/// have up to 91 binary digits, otherwise up to 51.
+/// Returns all rows as integers modulo 2^64, given the inverses of the units of points and of the
+/// direction. With `LONG`, they may have up to 91 binary digits, otherwise up to 51.
 #[inline(always)]
-fn integers<S: Simd>(
+fn integers<S: Simd, const LONG: bool>(
     rows: &[[f64; 8]; 15],
-    first: usize,
-    inverse: S::F64x8,
-    is_long: bool,
-) -> [S::I64x8; 3] {
+    inverse: [S::F64x8; 2],
+) -> [[S::I64x8; 3]; 5] {
     let splat = <S::F64x8 as Lanes>::splat;
-    let mut all = [S::I64x8::splat(0); 3];
-    for (to, row) in all.iter_mut().zip(&rows[first..]) {
-        let mut low = S::F64x8::load(row) * inverse;
-        if is_long {
+    let mut all = [[S::I64x8::splat(0); 3]; 5];
+    for (i, (to, row)) in all.as_flattened_mut().iter_mut().zip(rows).enumerate() {
+        let mut low = S::F64x8::load(row) * inverse[i / 12];
+        if LONG {
             let sum = low * splat(1.0 / PART) + splat(TO_INTEGER);
             low = low - (sum - splat(TO_INTEGER)) * splat(PART);
             *to = lowest_bits::<S>(sum).times(Ints::splat(PART as i64));
         }
-        *to = *to + lowest_bits::<S>(low + splat(TO_INTEGER));
+        let low = lowest_bits::<S>(low + splat(TO_INTEGER));
+        *to = if LONG { *to + low } else { low };
     }
     all
 }
