@@ -280,6 +280,23 @@ mod tests {
         }
     }
 
+    /// Checks the signs in a lane. Counts those that are left open, those that are found, and among these
+    /// the ones of numbers beyond 2^62.
+    fn check((signs, lane): (SignBits, usize), truth: i128, bound: f64, counts: &mut [u32; 3]) {
+        // The precondition: f64 has left the number open.
+        if truth.unsigned_abs() as f64 > 2.0 * bound {
+            return;
+        }
+        let signs = signs.map(|bits| bits >> lane & 1 != 0);
+        if signs == [false; 3] {
+            counts[0] += 1;
+            return;
+        }
+        assert_eq!(signs, [truth > 0, truth < 0, truth == 0], "{truth}");
+        counts[1] += 1;
+        counts[2] += u32::from(truth.unsigned_abs() > 1 << 62);
+    }
+
     /// Attacks the range: U is a small multiple of 2^60, and its bound is around 2^62. The edge from
     /// the short B to the long C is nearly met, because d = m C + B, and B is then moved by a few units.
     #[test]
@@ -311,20 +328,9 @@ mod tests {
                 bounds[0][lane] = 4.0 * f64::EPSILON * permanent as f64;
             }
             for level in Level::all() {
-                let [positive, negative, zero] = level.run(In(&rows, &bounds))[0];
+                let signs = level.run(In(&rows, &bounds))[0];
                 for (lane, truth) in truth.iter().enumerate() {
-                    // The precondition: f64 has left the volume open.
-                    if truth.unsigned_abs() as f64 > 2.0 * bounds[0][lane] {
-                        continue;
-                    }
-                    let signs = [positive, negative, zero].map(|bits| bits >> lane & 1 != 0);
-                    if signs == [false; 3] {
-                        counts[0] += 1;
-                        continue;
-                    }
-                    assert_eq!(signs, [*truth > 0, *truth < 0, *truth == 0], "{truth}");
-                    counts[1] += 1;
-                    counts[2] += u32::from(truth.unsigned_abs() > 1 << 62);
+                    check((signs, lane), *truth, bounds[0][lane], &mut counts);
                 }
             }
         }
@@ -375,17 +381,7 @@ mod tests {
                 let signs = level.run(NormalsIn(&rows, &bounds))[0];
                 for (lane, truth) in truth.iter().enumerate() {
                     for (k, truth) in truth.iter().enumerate() {
-                        if truth.unsigned_abs() as f64 > 2.0 * bounds[0][k][lane] {
-                            continue;
-                        }
-                        let found = signs[k].map(|bits| bits >> lane & 1 != 0);
-                        if found == [false; 3] {
-                            counts[0] += 1;
-                            continue;
-                        }
-                        assert_eq!(found, [*truth > 0, *truth < 0, *truth == 0], "{truth}");
-                        counts[1] += 1;
-                        counts[2] += u32::from(truth.unsigned_abs() > 1 << 62);
+                        check((signs[k], lane), *truth, bounds[0][k][lane], &mut counts);
                     }
                 }
             }
@@ -443,17 +439,7 @@ mod tests {
             for level in Level::all() {
                 let signs = level.run(EndIn(&rows, &end, &bounds));
                 for (lane, truth) in truth.iter().enumerate() {
-                    if truth.unsigned_abs() as f64 > 2.0 * bounds[lane] {
-                        continue;
-                    }
-                    let found = signs.map(|bits| bits >> lane & 1 != 0);
-                    if found == [false; 3] {
-                        counts[0] += 1;
-                        continue;
-                    }
-                    assert_eq!(found, [*truth > 0, *truth < 0, *truth == 0], "{truth}");
-                    counts[1] += 1;
-                    counts[2] += u32::from(truth.unsigned_abs() > 1 << 62);
+                    check((signs, lane), *truth, bounds[lane], &mut counts);
                 }
             }
         }

@@ -69,7 +69,8 @@ impl<S: Backend> RayBatch<'_, S> {
     /// Panics if there is not one answer per ray.
     pub(crate) fn trace<A: Answer>(&self, answers: &mut [A]) -> Counts {
         assert_eq!(self.rays.len(), answers.len(), "there must be one answer per ray");
-        let pieces = |run: Run| (Pieces::of(&run, self.sorting::<A>(&run.rays).is_some()), run);
+        let is_sorted = |run: &Run| self.sorting::<A>(&run.rays).is_some();
+        let pieces = |run| (Pieces::of(&run, is_sorted), run);
         let runs: Vec<_> = self.runs::<A>().into_iter().map(pieces).collect();
         let (mut pieces, mut rest) = (Vec::new(), answers);
         for (of, run) in &runs {
@@ -230,10 +231,10 @@ struct Pieces {
 }
 
 impl Pieces {
-    fn of(run: &Run, is_sorted: bool) -> Self {
+    fn of(run: &Run, is_sorted: impl FnOnce(&Run) -> bool) -> Self {
         let rays = run.rays.len();
         let Some(width) = run.width else {
-            let each = if is_sorted { SORTED_CHUNKS } else { CHUNKS_PER_THREAD };
+            let each = if is_sorted(run) { SORTED_CHUNKS } else { CHUNKS_PER_THREAD };
             return Self { size: chunk_size(rays, each), band: None };
         };
         let band = Band::of_picture(width, rays, threads::count());
