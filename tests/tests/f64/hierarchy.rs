@@ -236,3 +236,46 @@ fn t_beyond_f64() {
     assert_eq!(near.closest(&ray).map(|hit| hit.t), Some(0.0));
     assert!(!near.any(&ray.between(5e-324, 1.0)));
 }
+
+/// Traces rays along walls. Some walls are tilted, and some rays run toward their wall, by less than
+/// their f32 copies can tell, so that these rays hit walls that they seem to be parallel to.
+#[test]
+fn rays_along_walls_and_tilted_walls() {
+    let mut rng = Rng::new(52);
+    for least in [1e-60, 1e-310, 5e-324] {
+        let steps = [0.0, 0.0, least, -2.0 * least];
+        let walls: Vec<Triangle64> = (0..150)
+            .map(|i| {
+                let at = if i % 3 == 0 { 0.0 } else { 0.1 * f64::from(rng.within(9)) };
+                let mut corners = [(); 3].map(|()| rng.cube());
+                for corner in &mut corners {
+                    // Far from 0, the steps vanish, or are larger.
+                    let step = if i % 3 == 1 { at.next_up() - at } else { rng.pick(&steps) };
+                    corner[i % 5 % 3] = at + if rng.one_in(3) { step } else { 0.0 };
+                }
+                Triangle64(corners)
+            })
+            .collect();
+        let mut seemingly_parallel = 0;
+        let rays: Vec<Ray64> = (0..300)
+            .map(|i| {
+                let k = i % 3;
+                let wall = rng.pick(&walls);
+                let (mut origin, mut dir) = (rng.cube(), rng.direction());
+                origin[k] = wall.0[i % 2][k] + if i % 4 == 0 { 0.5 * least } else { 0.0 };
+                dir[k] = rng.pick(&[0.0, -0.0, least, -least]);
+                let ray = Ray64::new(origin, dir);
+                seemingly_parallel += hits(&walls, &ray)
+                    .iter()
+                    .filter(|hit| {
+                        let [a, b, c] = walls[hit.triangle as usize].0.map(|corner| corner[k]);
+                        (a - b).abs().max((a - c).abs()) < 1e-50 && dir[k].abs() < 1e-50
+                    })
+                    .count();
+                ray
+            })
+            .collect();
+        check(&format!("steps of {least:e}"), &walls, &rays);
+        assert!(seemingly_parallel > 10, "{seemingly_parallel}");
+    }
+}

@@ -175,12 +175,13 @@ impl WithSimd for DecideEight<'_> {
         let corners = [vec3(0), vec3(3), vec3(6)];
         let (org, dir) = (vec3(9), vec3(12));
         let rays = RayLanes { org, dir, t_min: row(15), t_max: row(16) };
+        let along = float::runs_along(dir, corners);
         let (decided, [lo, hi]) = float::decide_refined(
             corners,
             &rays,
             #[inline(always)]
             |decided, known, bounds| {
-                let settled = decided.miss | hits(rule, decided);
+                let settled = decided.miss | along | hits(rule, decided);
                 let open = (!settled).bits() & plain;
                 (open != 0).then(
                     #[inline(always)]
@@ -188,7 +189,7 @@ impl WithSimd for DecideEight<'_> {
                 )
             },
         );
-        let miss = (decided.miss | float::runs_along(dir, corners)).bits() & plain;
+        let miss = (decided.miss | along).bits() & plain;
         let hit = hits(rule, &decided).bits() & plain & !miss;
         let (mut t_lo, mut t_hi) = ([0.0; 8], [0.0; 8]);
         lo.store(&mut t_lo);

@@ -54,9 +54,11 @@ pub struct PreparedRay {
     /// The ray's id, by which a resolver finds the original.
     pub(crate) id: RayId,
     pub(crate) lanes: Rays<f32>,
-    /// The axes along which the direction is 0, a bit each, if the resolver is exact for the ray's
-    /// own coordinates. See [`PreparedRay::live_lanes`].
+    /// The axes along which the direction is 0, a bit each, if the resolver is exact. See
+    /// [`PreparedRay::live_lanes`].
     level_axes: u8,
+    /// Whether blocks contain copies.
+    copies: bool,
 }
 
 impl PreparedRay {
@@ -87,7 +89,7 @@ impl PreparedRay {
         if self.level_axes == 0 {
             return live;
         }
-        let parallel = live & parallel_lanes(self.level_axes, block);
+        let parallel = live & parallel_lanes(self.level_axes, self.copies, block);
         counts.tests += u64::from(parallel.count_ones());
         live & !parallel
     }
@@ -95,15 +97,16 @@ impl PreparedRay {
 
 /// Returns the lanes whose triangles are perpendicular to one of the given axes.
 #[inline(never)]
-fn parallel_lanes<const N: usize>(axes: u8, block: &TriangleBlock<N>) -> u32 {
+fn parallel_lanes<const N: usize>(axes: u8, copies: bool, block: &TriangleBlock<N>) -> u32 {
     let mut lanes = 0;
     let [a, b, c] = block.corners();
     for axis in lanes_of(u32::from(axes)) {
         let [a, b, c] = [&a[axis % 3], &b[axis % 3], &c[axis % 3]];
         for lane in 0..N {
-            // As above, compare bits.
-            let apart =
-                a[lane].to_bits() ^ b[lane].to_bits() | b[lane].to_bits() ^ c[lane].to_bits();
+            // As above, compare bits. A copy has edges instead of the other corners, and these are 0
+            // only if the coordinates of the original are the same.
+            let [a, b, c] = [a, b, c].map(|row| row[lane].to_bits());
+            let apart = if copies { (b | c) << 1 } else { a ^ b | b ^ c };
             lanes |= u32::from(apart == 0) << lane;
         }
     }
@@ -155,14 +158,22 @@ impl Filter<'_> {
     #[inline(always)]
     pub fn prepare_numbered(&self, ray: &Ray, id: RayId) -> PreparedRay {
         let mut level_axes = 0;
-        if matches!(self.resolver, Resolver::Exact(_)) {
+        if !matches!(self.resolver, Resolver::Document(_)) {
             for (axis, x) in ray.dir.iter().enumerate() {
                 // Compare bits, because a CPU may be set to read subnormal numbers as 0.
                 level_axes |= u8::from(x.to_bits() << 1 == 0) << axis;
             }
         }
+        if level_axes != 0
+            && let Resolver::Originals(originals) = self.resolver
+        {
+            // A component of the copy may be 0 because it is too small for f32.
+            for (axis, x) in originals.ray(id).dir.iter().enumerate() {
+                level_axes &= !(u8::from(x.to_bits() << 1 != 0) << axis);
+            }
+        }
         let lanes = Rays::of_ray(ray, self.threshold(), self.room());
-        PreparedRay { ray: *ray, id, lanes, level_axes }
+        PreparedRay { ray: *ray, id, lanes, level_axes, copies: self.room().copies }
     }
 
     /// Prepares N rays to be tested against many triangles.

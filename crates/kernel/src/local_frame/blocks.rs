@@ -1,6 +1,6 @@
 //! Computes the f32 copies of eight f64 triangles in lanes.
 
-use super::{LocalFrame, pow2};
+use super::{LocalFrame, apart, pow2};
 use crate::packet::TriangleBlock;
 use crate::simd::{Lanes, Mask, Simd, Vec3};
 
@@ -18,7 +18,17 @@ impl LocalFrame {
         // difference in f64 and by the conversion to f32.
         let at = (c1 - centre) * scale;
         let (minus_h4, h5, h6) = ((c1 - c2) * scale, (c3 - c1) * scale, (c3 - c2) * scale);
-        TriangleBlock::of_copied_lanes([at, minus_h4, h5], h6, live)
+        let mut block = TriangleBlock::of_copied_lanes([at, minus_h4, h5], h6, live);
+        let [first, rest @ ..] = corners;
+        for (edges, ends) in block.edges_of_copies().iter_mut().zip(rest) {
+            for axis in 0..3 {
+                for lane in 0..8 {
+                    let edge = &mut edges[axis][lane];
+                    *edge = apart(*edge, first[axis][lane], ends[axis][lane]);
+                }
+            }
+        }
+        block
     }
 
     /// Computes the box around all live triangles; the box of each triangle is the same as in

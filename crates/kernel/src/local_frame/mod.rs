@@ -38,6 +38,15 @@ const FAR_OUT: f64 = f32::MAX as f64;
 /// A ray that hits nothing.
 const DEAD: Ray = Ray { origin: [0.0; 3], t_min: 1.0, dir: [1.0, 0.0, 0.0], t_max: 0.0 };
 
+/// Returns the f32 copy of the difference of two coordinates, which is 0 only if they are equal: a
+/// difference that is too small for f32 becomes the smallest normal number. Thus a copy tells whether
+/// its original is perpendicular to an axis.
+#[inline(always)]
+fn apart(copy: f32, x: f64, y: f64) -> f32 {
+    // Compare bits, because a CPU may be set to read subnormal numbers as 0.
+    if copy.to_bits() << 1 == 0 && x.to_bits() != y.to_bits() { f32::MIN_POSITIVE } else { copy }
+}
+
 /// The frame for the f32 copies of a scene given in f64.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalFrame {
@@ -139,10 +148,12 @@ impl LocalFrame {
         let longest = Lanes::sqrt(a.max(b).max(c)) as f32;
         // Two steps up cover all rounding errors of the length.
         let above = f32::from_bits((longest + SHORTEST).to_bits() + 2);
-        Copy32 {
-            parts: [at, minus_h4, h5].map(|v| v.map(|x| x as f32)),
-            longest: if known { above } else { f32::NAN },
+        let mut parts = [at, minus_h4, h5].map(|v| v.map(|x| x as f32));
+        for k in 0..3 {
+            parts[1][k] = apart(parts[1][k], c1[k], c2[k]);
+            parts[2][k] = apart(parts[2][k], c1[k], c3[k]);
         }
+        Copy32 { parts, longest: if known { above } else { f32::NAN } }
     }
 
     /// Computes the copy of a point. It is inside the box that [`LocalFrame::bounds`] returns for

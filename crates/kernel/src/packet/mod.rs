@@ -303,6 +303,12 @@ impl TriangleBlock<8> {
         longest_of([parts[1], parts[2], h6], largest(parts), &mut block.longest_edges);
         block
     }
+
+    /// Returns the edges -h4 and h5 of a block of copies.
+    #[inline(always)]
+    pub(crate) fn edges_of_copies(&mut self) -> &mut [[[f32; 8]; 3]] {
+        &mut self.corners[1..]
+    }
 }
 
 /// The f32 copy of a triangle given in f64.
