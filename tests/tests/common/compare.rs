@@ -109,6 +109,7 @@ fn check_eight<S: Scalar>(
             counts.eight += usize::from(decisions[0] != PairDecision::Undecided);
             match decisions[0] {
                 PairDecision::Undecided => {}
+                PairDecision::HitAt(_) => unreachable!("only document A has this t"),
                 PairDecision::Miss => assert!(!hit, "{rule:?} {ray:?} {triangle:?}"),
                 PairDecision::Hit { t_lo, t_hi, .. } => {
                     let t = truth.filter(|_| hit).map(Truth::t_f64);

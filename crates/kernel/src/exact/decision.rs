@@ -92,6 +92,8 @@ pub enum PairDecision {
         /// opposite corner i + 1.
         edges: u8,
     },
+    /// The ray hits the triangle within its interval, at this t.
+    HitAt(f64),
     /// Not decided.
     Undecided,
 }

@@ -71,6 +71,17 @@ impl<X: Scalar> EightPairs<X> {
     }
 }
 
+impl EightPairs<f32> {
+    /// Returns the triangles and the rays in f64 lanes.
+    #[inline(always)]
+    pub(crate) fn lanes_in<S: Simd>(&self) -> ([Vec3<S::F64x8>; 3], RayLanes<S::F64x8>) {
+        let row = |i: usize| S::F64x8::load_f32(&self.rows[i]);
+        let vec3 = |first: usize| Vec3 { x: row(first), y: row(first + 1), z: row(first + 2) };
+        let rays = RayLanes { org: vec3(9), dir: vec3(12), t_min: row(15), t_max: row(16) };
+        ([vec3(0), vec3(3), vec3(6)], rays)
+    }
+}
+
 /// The rows of [`EightPairs`].
 #[derive(Clone, Copy)]
 enum Rows<'a> {
@@ -265,6 +276,7 @@ mod tests {
                                 continue;
                             }
                             PairDecision::Miss => false,
+                            PairDecision::HitAt(_) => unreachable!("only document A has this t"),
                             PairDecision::Hit { t_lo, t_hi, edges } => {
                                 assert!(truth[lane], "{rule:?} {ray:?} {triangle:?}");
                                 let t = t_from(Tier::Narrow, ray, triangle);

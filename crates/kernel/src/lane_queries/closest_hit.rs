@@ -201,6 +201,7 @@ impl ClosestHit {
                     self.offer_rival((t_lo, t_hi), order, new, lane, pairs);
                 }
             }
+            PairDecision::HitAt(t) => self.offer_known(t, new, lane, pairs),
             PairDecision::Undecided => self.offer_doubtful(new, lane, pairs),
         }
     }

@@ -97,7 +97,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
 
     /// Returns the closest hits of all lanes.
     #[inline(always)]
-    fn lanes(&self) -> [ClosestHit; N] {
+    pub(super) fn lanes(&self) -> [ClosestHit; N] {
         let mut all = [[0.0; N]; 4];
         for (row, lanes) in all.iter_mut().zip([self.t_lo, self.t_hi, self.triangle, self.slot]) {
             lanes.store(row);
@@ -232,7 +232,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
 
     /// Sets the closest hits of all lanes.
     #[inline(always)]
-    fn set_all(&mut self, all: &[ClosestHit; N]) {
+    pub(super) fn set_all(&mut self, all: &[ClosestHit; N]) {
         let (mut rows, mut known) = ([[0.0; N]; 4], 0);
         for (i, closest) in all.iter().enumerate() {
             (rows[0][i], rows[1][i]) = (closest.t_lo, closest.t_hi);

@@ -3,6 +3,7 @@
 mod closest_hit;
 mod closest_hits;
 mod lane_pairs;
+mod open_lanes;
 mod queries;
 
 pub use closest_hit::ClosestHit;

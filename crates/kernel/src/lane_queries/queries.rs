@@ -1,8 +1,10 @@
 //! The filter's queries, for your own BVHs. Call them in loops that run under
 //! [`WithSimd`](crate::simd::WithSimd).
 
-use super::lane_pairs::{LanePairs, RayOnBlock, RaysOnTriangle};
+use super::lane_pairs::{DecidedLanes, LanePairs, RayOnBlock, RaysOnTriangle};
+use super::open_lanes::OpenLanes;
 use super::{ClosestHit, ClosestHits};
+use crate::exact::PairDecision;
 use crate::filter::{Counts, Filter, Rays, Triangles, Verdicts};
 use crate::filter::{PreparedPacket, PreparedRay, PreparedTriangle};
 use crate::packet::{PacketHits, RayPacket, TriangleBlock};
@@ -343,6 +345,7 @@ impl Filter<'_> {
         let find = |LeafSlot(slot)| *triangles[slot as usize].triangle();
         // Local copies stay in registers. All tests are counted at the end.
         let (mut own, mut tested) = (*closest, Counts::default());
+        let mut open = OpenLanes::new();
         for (first, some) in (0..).step_by(64).zip(triangles.chunks(64)) {
             let mut candidates = 0_u64;
             for (i, triangle) in some.iter().enumerate() {
@@ -357,9 +360,15 @@ impl Filter<'_> {
                 if verdicts.lanes() != 0 {
                     let names = (TriangleId(first + number), LeafSlot(first + number));
                     let pairs = self.rays_on(rays.packet, triangle.triangle(), names.1, find);
-                    own.offer(&verdicts, names, &pairs);
+                    own.offer(&Verdicts { undecided: 0, ..verdicts }, names, &pairs);
+                    if open.add(verdicts.undecided, names) {
+                        open.settle(self.resolver(), rays.packet, find, &mut own);
+                    }
                 }
             }
+        }
+        if !open.is_empty() {
+            open.settle(self.resolver(), rays.packet, find, &mut own);
         }
         counts.tests += u64::from(live.count_ones()) * triangles.len() as u64;
         counts.undecided += tested.undecided;
@@ -438,10 +447,18 @@ fn all_hits<F: Lanes<Scalar = f32>, const N: usize>(
     let mut hits = PacketHits { bits: 0, t: [f64::INFINITY; N] };
     let mut t_hi = [0.0; N];
     verdicts.t_hi.store(&mut t_hi);
+    let decided = DecidedLanes::of(verdicts.undecided, pairs);
     for lane in lanes_of(verdicts.lanes()) {
         // A certain hit before the far end needs only its t. Any other lane may still be a miss.
         let is_sure = verdicts.hit >> lane & 1 != 0 && t_hi[lane] < t_max(lane);
-        let t = if is_sure { Some(pairs.t(lane)) } else { pairs.hit(lane) };
+        let t = match decided.get(lane) {
+            _ if is_sure => Some(pairs.t(lane)),
+            Some(PairDecision::Miss) => None,
+            Some(PairDecision::Hit { .. }) => Some(pairs.t(lane)),
+            Some(PairDecision::HitAt(t)) => Some(t),
+            Some(PairDecision::Undecided) => pairs.hit_undecided(lane),
+            None => pairs.hit(lane),
+        };
         if let Some(t) = t {
             hits.bits |= 1 << lane;
             hits.t[lane] = t;

@@ -126,7 +126,7 @@ impl<'a> Resolver<'a> {
     pub fn meets(self, ray: &Ray, triangle: &Triangle, ids: (RayId, LeafSlot)) -> bool {
         match self.decide(ray, triangle, ids) {
             PairDecision::Miss => false,
-            PairDecision::Hit { .. } => true,
+            PairDecision::Hit { .. } | PairDecision::HitAt(_) => true,
             PairDecision::Undecided => self.meets_undecided(ray, triangle, ids),
         }
     }
@@ -138,6 +138,7 @@ impl<'a> Resolver<'a> {
         match self.decide(ray, triangle, ids) {
             PairDecision::Miss => None,
             PairDecision::Hit { .. } => Some(self.t(ray, triangle, ids)),
+            PairDecision::HitAt(t) => Some(t),
             PairDecision::Undecided => self.hit_undecided(ray, triangle, ids),
         }
     }

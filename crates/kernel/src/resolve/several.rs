@@ -1,8 +1,9 @@
 //! Settles several undecided pairs side by side: the triangles of a leaf, or the rays of a packet.
 
 use super::Resolver;
+use crate::document::Tri;
 use crate::exact::{EightPairs, PairDecision, Rule, Side};
-use crate::simd::{Level, lanes_of};
+use crate::simd::{Lanes, Level, Mask, Simd, WithSimd, lanes_of};
 use crate::{LeafSlot, Ray, RayId, Triangle};
 
 /// The number of undecided pairs from which it is faster to decide them side by side.
@@ -18,9 +19,9 @@ impl Resolver<'_> {
     #[inline(never)]
     pub fn decide_lanes(self, lanes: u32, pair: impl Fn(usize) -> Pair) -> [PairDecision; 16] {
         let rule = match self {
-            Self::Document(_) => return [PairDecision::Undecided; 16],
-            Self::Exact(rule) => rule,
-            Self::Originals(originals) => originals.rule(),
+            Self::Document(_) => None,
+            Self::Exact(rule) => Some(rule),
+            Self::Originals(originals) => Some(originals.rule()),
         };
         if lanes.count_ones() >= SEVERAL {
             return self.decide_several(rule, lanes, pair);
@@ -33,11 +34,12 @@ impl Resolver<'_> {
         decisions
     }
 
-    /// Decides the pairs in up to sixteen lanes under the given rule, eight at a time.
+    /// Decides the pairs in up to sixteen lanes, eight at a time, under the given rule or, without one,
+    /// with the operations of document A.
     #[inline(always)]
     fn decide_several(
         self,
-        rule: Rule,
+        rule: Option<Rule>,
         lanes: u32,
         pair: impl Fn(usize) -> Pair,
     ) -> [PairDecision; 16] {
@@ -50,7 +52,7 @@ impl Resolver<'_> {
                 count += 1;
                 rest &= rest - 1;
             }
-            let some = if let Self::Originals(originals) = self {
+            let some = if let (Self::Originals(originals), Some(rule)) = (self, rule) {
                 let mut ids = [(RayId(0), LeafSlot(0)); 8];
                 for (ids, &lane) in ids.iter_mut().zip(&eight[..count]) {
                     *ids = pair(lane).2;
@@ -63,7 +65,12 @@ impl Resolver<'_> {
                     pairs.set(i, &ray, &triangle);
                 }
                 // Decisions hardly depend on the level, and answers do not depend on it.
-                pairs.decide(Level::best(), rule)
+                match (self, rule) {
+                    (Self::Document(threshold), None) => {
+                        Level::best().run(ByDocument { pairs: &pairs, threshold })
+                    }
+                    (_, rule) => pairs.decide(Level::best(), rule.unwrap_or(Rule::Closed)),
+                }
             };
             for (&lane, decision) in eight[..count].iter().zip(some) {
                 decisions[lane] = decision;
@@ -87,7 +94,7 @@ impl Resolver<'_> {
         for lane in lanes_of(lanes) {
             let meets = match decisions[lane] {
                 PairDecision::Miss => false,
-                PairDecision::Hit { .. } => true,
+                PairDecision::Hit { .. } | PairDecision::HitAt(_) => true,
                 PairDecision::Undecided => {
                     let (ray, triangle, ids) = pair(lane);
                     self.meets_undecided(&ray, &triangle, ids)
@@ -105,19 +112,46 @@ impl Resolver<'_> {
     pub fn crossings(self, lanes: u32, pair: impl Fn(usize) -> Pair) -> [u32; 2] {
         let mut decisions = [PairDecision::Undecided; 16];
         if lanes.count_ones() >= SEVERAL {
-            decisions = self.decide_several(Rule::Once, lanes, &pair);
+            decisions = self.decide_several(Some(Rule::Once), lanes, &pair);
         }
         let [mut crossed, mut leaving] = [0; 2];
         for lane in lanes_of(lanes) {
             let (ray, triangle, ids) = pair(lane);
             let side = match decisions[lane] {
                 PairDecision::Miss => None,
-                PairDecision::Hit { .. } => self.facing(&ray, &triangle, ids),
+                PairDecision::Hit { .. } | PairDecision::HitAt(_) => {
+                    self.facing(&ray, &triangle, ids)
+                }
                 PairDecision::Undecided => self.crossing(&ray, &triangle, ids),
             };
             crossed |= u32::from(side.is_some()) << lane;
             leaving |= u32::from(side == Some(Side::Leaves)) << lane;
         }
         [crossed, leaving]
+    }
+}
+
+/// Eight pairs to be tested with the operations of document A.
+struct ByDocument<'a> {
+    pairs: &'a EightPairs<f32>,
+    threshold: f64,
+}
+
+impl WithSimd for ByDocument<'_> {
+    type Output = [PairDecision; 8];
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> [PairDecision; 8] {
+        let (corners, rays) = self.pairs.lanes_in::<S>();
+        let (hit, t) = Tri::new(corners).hit(&rays, self.threshold);
+        let (hit, mut lanes) = (hit.bits(), [0.0; 8]);
+        t.store(&mut lanes);
+        let mut decisions = [PairDecision::Miss; 8];
+        for (lane, decision) in decisions.iter_mut().enumerate() {
+            if hit >> lane & 1 != 0 {
+                *decision = PairDecision::HitAt(lanes[lane]);
+            }
+        }
+        decisions
     }
 }

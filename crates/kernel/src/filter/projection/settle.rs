@@ -85,8 +85,12 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         let (ids, triangle, one) = ((self.id(ray), slot), (self.find)(slot), &self.rays[ray]);
         match decision {
             PairDecision::Miss => return Settled::Behind,
-            PairDecision::Hit { .. } if self.reversed => {
+            PairDecision::Hit { .. } | PairDecision::HitAt(_) if self.reversed => {
                 return Settled::Hit { t_lo: 0.0, t_hi: 0.0 };
+            }
+            PairDecision::HitAt(t) => {
+                let (t_lo, t_hi) = f32_bounds(t);
+                return Settled::Hit { t_lo, t_hi };
             }
             // Without an upper bound on t, no box behind the hit could be left out.
             PairDecision::Hit { t_hi: f32::INFINITY, .. } => {

@@ -87,6 +87,7 @@ impl HitCollector<'_> {
             let t_hi = match decisions[lane] {
                 PairDecision::Miss => continue,
                 PairDecision::Hit { t_hi, .. } => t_hi,
+                PairDecision::HitAt(t) => (t as f32).next_up(),
                 // Round up to get an upper bound on t, so that the new far end does not exclude
                 // this hit itself.
                 PairDecision::Undecided => match resolver.hit_undecided(&ray, &triangle, ids) {
