@@ -14,15 +14,16 @@ fn is_subnormal(x: u32) -> u32 {
 }
 
 /// Returns whether the first tier may decide, because rounding is the only error of f64 arithmetic
-/// on this ray and this triangle. No f32 may be subnormal, including the ends of the interval,
-/// because a CPU may be set to read subnormals as 0. No f64 may be so large that a product
-/// overflows, or so small that one underflows.
+/// on this ray and this triangle. If an f32 is subnormal, including the ends of the interval, the CPU
+/// must not be set to read subnormals as 0. No f64 may be so large that a product overflows, or so
+/// small that one underflows.
 #[inline(always)]
 pub fn is_plain<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     if const { is_f64::<S>() } {
         is_tame(bytemuck::cast_ref(ray), bytemuck::cast_ref(triangle))
     } else {
         has_no_subnormal(bytemuck::cast_ref(ray), bytemuck::cast_ref(triangle))
+            || subnormals_are_read()
     }
 }
 
@@ -59,6 +60,9 @@ pub(super) fn plain_lanes<S: Scalar>(rows: &[[S; 8]; 17]) -> u32 {
             for (odd, x) in odd.iter_mut().zip(row) {
                 *odd |= is_subnormal(*x);
             }
+        }
+        if odd != [0; 8] && subnormals_are_read() {
+            return u32::MAX;
         }
     }
     (0..8).map(|lane| u32::from(odd[lane] == 0) << lane).sum()
