@@ -246,7 +246,11 @@ fn rays_along_walls_and_tilted_walls() {
         let steps = [0.0, 0.0, least, -2.0 * least];
         let walls: Vec<Triangle64> = (0..150)
             .map(|i| {
-                let at = if i % 3 == 0 { 0.0 } else { 0.1 * f64::from(rng.within(9)) };
+                let at = if i % 3 == 0 {
+                    rng.pick(&[0.0, -0.0])
+                } else {
+                    0.1 * f64::from(rng.within(9))
+                };
                 let mut corners = [(); 3].map(|()| rng.cube());
                 for corner in &mut corners {
                     // Far from 0, the steps vanish, or are larger.

@@ -155,7 +155,7 @@ impl<D: Lanes<Scalar = f64>> Sum<D> {
     }
 }
 
-/// Makes every decision that the bounds allow. The input must not contain subnormal numbers.
+/// Makes every decision that the bounds allow. The input must satisfy `input::is_plain`.
 /// Non-finite input never results in a hit.
 #[inline(always)]
 pub fn decide<D: Lanes<Scalar = f64>>(
@@ -279,8 +279,8 @@ fn quotient_bounds<D: Lanes<Scalar = f64>>(num: &Sum<D>, den: &Sum<D>) -> [D; 2]
 }
 
 /// Returns bounds on the t at which a ray's line meets a triangle's plane, if f64 is certain that T
-/// and D are not 0 and have the same sign, so that t is positive. No input may be subnormal. The
-/// bounds hold only if no quotient underflows or overflows.
+/// and D are not 0 and have the same sign, so that t is positive. The input must satisfy
+/// `input::is_plain`. The bounds hold only if no quotient underflows or overflows.
 #[inline(always)]
 pub(super) fn bounds_on_t(
     [c1, c2, c3]: [Vec3<f64>; 3],
@@ -313,7 +313,7 @@ pub(super) fn plane_signs(
 }
 
 /// Returns the sign of D, which is the sign of the direction's component along the normal, or
-/// `Equal` if the bound does not decide. No input may be subnormal.
+/// `Equal` if the bound does not decide. The input must satisfy `input::is_plain`.
 #[inline(always)]
 pub(super) fn facing([c1, c2, c3]: [Vec3<f64>; 3], dir: Vec3<f64>) -> Ordering {
     // D is T with the direction in place of A. The direction is exact.
@@ -322,7 +322,7 @@ pub(super) fn facing([c1, c2, c3]: [Vec3<f64>; 3], dir: Vec3<f64>) -> Ordering {
 }
 
 /// Returns whether a ray's line certainly misses the line through two points or, if the points
-/// coincide, misses that point. No input may be subnormal.
+/// coincide, misses that point. The input must satisfy `input::is_plain`.
 #[inline(always)]
 pub(super) fn passes([p, q]: [Vec3<f64>; 2], org: Vec3<f64>, dir: Vec3<f64>) -> bool {
     let (a, h) = (p - org, q - p);

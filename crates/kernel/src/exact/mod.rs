@@ -42,7 +42,7 @@ mod shared_origin64;
 mod spawn;
 mod tails;
 #[cfg(test)]
-mod test_numbers;
+pub(crate) mod test_numbers;
 mod tier;
 mod wrapping;
 

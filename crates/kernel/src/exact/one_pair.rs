@@ -51,8 +51,7 @@ fn sign(x: f64, err: f64) -> i8 {
     i8::from(x > err) - i8::from(x < -err)
 }
 
-/// Computes where a ray meets a triangle. No input may be subnormal, and f64 inputs must not be so
-/// large or so small that a product overflows or underflows.
+/// Computes where a ray meets a triangle. The input must satisfy `input::is_plain`.
 pub(super) fn meet<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Intersection {
     // Four lanes hold all four volumes, so wider registers would not help.
     Level::avx2().unwrap_or(Level::PORTABLE).run(IntersectPair { ray, triangle })

@@ -48,8 +48,8 @@ impl<D: Lanes<Scalar = f64>> Volume<D> {
 }
 
 impl<D: Lanes<Scalar = f64>> Quotients<D> {
-    /// Prepares the quotients of a ray and a triangle in each lane. No f32 coordinate may be
-    /// subnormal.
+    /// Prepares the quotients of a ray and a triangle in each lane. If an f32 coordinate was subnormal,
+    /// the CPU must not have read it as 0.
     #[inline(always)]
     pub fn new([c1, c2, c3]: [Vec3<D>; 3], org: Vec3<D>, dir: Vec3<D>) -> Self {
         let ((a, x), (h4, y), (h5, z)) =

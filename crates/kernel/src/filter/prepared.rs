@@ -95,6 +95,14 @@ impl PreparedRay {
     }
 }
 
+/// Returns the components that are 0, a bit each, given the bits of three numbers. The bits are
+/// compared because a CPU may be set to read subnormal numbers as 0.
+#[inline(always)]
+fn zeros<B: Copy + Default + PartialEq + core::ops::Shl<u32, Output = B>>([x, y, z]: [B; 3]) -> u8 {
+    let is_zero = |bits: B| u8::from(bits << 1 == B::default());
+    is_zero(x) | is_zero(y) << 1 | is_zero(z) << 2
+}
+
 /// Returns the lanes whose triangles are perpendicular to one of the given axes.
 #[inline(never)]
 fn parallel_lanes<const N: usize>(axes: u8, copies: bool, block: &TriangleBlock<N>) -> u32 {
@@ -106,8 +114,8 @@ fn parallel_lanes<const N: usize>(axes: u8, copies: bool, block: &TriangleBlock<
             // As above, compare bits. A copy has edges instead of the other corners, and these are 0
             // only if the coordinates of the original are the same.
             let [a, b, c] = [a, b, c].map(|row| row[lane].to_bits());
-            let apart = if copies { (b | c) << 1 } else { a ^ b | b ^ c };
-            lanes |= u32::from(apart == 0) << lane;
+            let differ = if copies { (b | c) << 1 } else { a ^ b | b ^ c };
+            lanes |= u32::from(differ == 0) << lane;
         }
     }
     lanes
@@ -157,20 +165,13 @@ impl Filter<'_> {
     #[doc(hidden)]
     #[inline(always)]
     pub fn prepare_numbered(&self, ray: &Ray, id: RayId) -> PreparedRay {
-        let mut level_axes = 0;
-        if !matches!(self.resolver, Resolver::Document(_)) {
-            for (axis, x) in ray.dir.iter().enumerate() {
-                // Compare bits, because a CPU may be set to read subnormal numbers as 0.
-                level_axes |= u8::from(x.to_bits() << 1 == 0) << axis;
-            }
-        }
+        let is_exact = !matches!(self.resolver, Resolver::Document(_));
+        let mut level_axes = if is_exact { zeros(ray.dir.map(f32::to_bits)) } else { 0 };
         if level_axes != 0
             && let Resolver::Originals(originals) = self.resolver
         {
             // A component of the copy may be 0 because it is too small for f32.
-            for (axis, x) in originals.ray(id).dir.iter().enumerate() {
-                level_axes &= !(u8::from(x.to_bits() << 1 != 0) << axis);
-            }
+            level_axes = zeros(originals.ray(id).dir.map(f64::to_bits));
         }
         let lanes = Rays::of_ray(ray, self.threshold(), self.room());
         PreparedRay { ray: *ray, id, lanes, level_axes, copies: self.room().copies }

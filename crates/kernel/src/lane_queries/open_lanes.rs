@@ -20,7 +20,6 @@ const TOGETHER: usize = 8;
 const MOST: usize = TOGETHER + 16;
 
 /// Pairs of up to sixteen rays and several triangles.
-#[derive(Clone, Copy, Debug)]
 pub(crate) struct OpenLanes {
     pairs: [(u32, TriangleId, LeafSlot); MOST],
     len: usize,

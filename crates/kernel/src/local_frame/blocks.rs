@@ -1,6 +1,6 @@
 //! Computes the f32 copies of eight f64 triangles in lanes.
 
-use super::{LocalFrame, apart, pow2};
+use super::{LocalFrame, nonzero_edge, pow2};
 use crate::packet::TriangleBlock;
 use crate::simd::{Lanes, Mask, Simd, Vec3};
 
@@ -24,7 +24,7 @@ impl LocalFrame {
             for axis in 0..3 {
                 for lane in 0..8 {
                     let edge = &mut edges[axis][lane];
-                    *edge = apart(*edge, first[axis][lane], ends[axis][lane]);
+                    *edge = nonzero_edge(*edge, first[axis][lane], ends[axis][lane]);
                 }
             }
         }

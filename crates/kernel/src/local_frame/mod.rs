@@ -38,13 +38,16 @@ const FAR_OUT: f64 = f32::MAX as f64;
 /// A ray that hits nothing.
 const DEAD: Ray = Ray { origin: [0.0; 3], t_min: 1.0, dir: [1.0, 0.0, 0.0], t_max: 0.0 };
 
-/// Returns the f32 copy of the difference of two coordinates, which is 0 only if they are equal: a
+/// Returns the f32 copy of an edge along an axis, which is 0 only if the two coordinates are equal: a
 /// difference that is too small for f32 becomes the smallest normal number. Thus a copy tells whether
-/// its original is perpendicular to an axis.
+/// its original is perpendicular to the axis.
 #[inline(always)]
-fn apart(copy: f32, x: f64, y: f64) -> f32 {
-    // Compare bits, because a CPU may be set to read subnormal numbers as 0.
-    if copy.to_bits() << 1 == 0 && x.to_bits() != y.to_bits() { f32::MIN_POSITIVE } else { copy }
+fn nonzero_edge(copy: f32, x: f64, y: f64) -> f32 {
+    // Compare bits, because a CPU may be set to read subnormal numbers as 0. Zeros of both signs are
+    // equal.
+    let (x, y) = (x.to_bits(), y.to_bits());
+    let differ = x != y && (x | y) << 1 != 0;
+    if copy.to_bits() << 1 == 0 && differ { f32::MIN_POSITIVE } else { copy }
 }
 
 /// The frame for the f32 copies of a scene given in f64.
@@ -150,8 +153,8 @@ impl LocalFrame {
         let above = f32::from_bits((longest + SHORTEST).to_bits() + 2);
         let mut parts = [at, minus_h4, h5].map(|v| v.map(|x| x as f32));
         for k in 0..3 {
-            parts[1][k] = apart(parts[1][k], c1[k], c2[k]);
-            parts[2][k] = apart(parts[2][k], c1[k], c3[k]);
+            parts[1][k] = nonzero_edge(parts[1][k], c1[k], c2[k]);
+            parts[2][k] = nonzero_edge(parts[2][k], c1[k], c3[k]);
         }
         Copy32 { parts, longest: if known { above } else { f32::NAN } }
     }

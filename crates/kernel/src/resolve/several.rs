@@ -14,17 +14,21 @@ type Pair = (Ray, Triangle, (RayId, LeafSlot));
 
 impl Resolver<'_> {
     /// Decides the pairs in up to sixteen lanes like [`Resolver::decide`], but several of them side
-    /// by side, and then also with 64-bit integers where f64 does not suffice.
+    /// by side, and then also with 64-bit integers where f64 does not suffice, or with the operations
+    /// of document A.
     #[cold]
     #[inline(never)]
     pub fn decide_lanes(self, lanes: u32, pair: impl Fn(usize) -> Pair) -> [PairDecision; 16] {
-        let rule = match self {
-            Self::Document(_) => None,
-            Self::Exact(rule) => Some(rule),
-            Self::Originals(originals) => Some(originals.rule()),
-        };
         if lanes.count_ones() >= SEVERAL {
-            return self.decide_several(rule, lanes, pair);
+            return match self {
+                Self::Document(threshold) => decide_eights(
+                    lanes,
+                    #[inline(always)]
+                    |eight| by_document(threshold, eight, &pair),
+                ),
+                Self::Exact(rule) => self.decide_several(rule, lanes, pair),
+                Self::Originals(originals) => self.decide_several(originals.rule(), lanes, pair),
+            };
         }
         let mut decisions = [PairDecision::Undecided; 16];
         for lane in lanes_of(lanes) {
@@ -34,49 +38,29 @@ impl Resolver<'_> {
         decisions
     }
 
-    /// Decides the pairs in up to sixteen lanes, eight at a time, under the given rule or, without one,
-    /// with the operations of document A.
+    /// Decides the pairs in up to sixteen lanes under the given rule, eight at a time.
     #[inline(always)]
     fn decide_several(
         self,
-        rule: Option<Rule>,
+        rule: Rule,
         lanes: u32,
         pair: impl Fn(usize) -> Pair,
     ) -> [PairDecision; 16] {
-        let mut decisions = [PairDecision::Undecided; 16];
-        let mut rest = lanes;
-        while rest != 0 {
-            let (mut eight, mut count) = ([0; 8], 0);
-            for lane in lanes_of(rest).take(8) {
-                eight[count] = lane;
-                count += 1;
-                rest &= rest - 1;
-            }
-            let some = if let (Self::Originals(originals), Some(rule)) = (self, rule) {
+        decide_eights(
+            lanes,
+            #[inline(always)]
+            |eight| {
+                let Self::Originals(originals) = self else {
+                    // Decisions hardly depend on the level, and answers do not depend on it.
+                    return eight_pairs(eight, &pair).decide(Level::best(), rule);
+                };
                 let mut ids = [(RayId(0), LeafSlot(0)); 8];
-                for (ids, &lane) in ids.iter_mut().zip(&eight[..count]) {
+                for (ids, &lane) in ids.iter_mut().zip(eight) {
                     *ids = pair(lane).2;
                 }
-                originals.decide_eight(rule, &ids[..count])
-            } else {
-                let mut pairs = EightPairs::new();
-                for (i, &lane) in eight[..count].iter().enumerate() {
-                    let (ray, triangle, _) = pair(lane);
-                    pairs.set(i, &ray, &triangle);
-                }
-                // Decisions hardly depend on the level, and answers do not depend on it.
-                match (self, rule) {
-                    (Self::Document(threshold), None) => {
-                        Level::best().run(ByDocument { pairs: &pairs, threshold })
-                    }
-                    (_, rule) => pairs.decide(Level::best(), rule.unwrap_or(Rule::Closed)),
-                }
-            };
-            for (&lane, decision) in eight[..count].iter().zip(some) {
-                decisions[lane] = decision;
-            }
-        }
-        decisions
+                originals.decide_eight(rule, &ids[..eight.len()])
+            },
+        )
     }
 
     /// Returns the lanes whose rays hit their triangles within the interval.
@@ -112,7 +96,7 @@ impl Resolver<'_> {
     pub fn crossings(self, lanes: u32, pair: impl Fn(usize) -> Pair) -> [u32; 2] {
         let mut decisions = [PairDecision::Undecided; 16];
         if lanes.count_ones() >= SEVERAL {
-            decisions = self.decide_several(Some(Rule::Once), lanes, &pair);
+            decisions = self.decide_several(Rule::Once, lanes, &pair);
         }
         let [mut crossed, mut leaving] = [0; 2];
         for lane in lanes_of(lanes) {
@@ -129,6 +113,46 @@ impl Resolver<'_> {
         }
         [crossed, leaving]
     }
+}
+
+/// Decides the pairs in up to sixteen lanes, given a function that decides up to eight lanes.
+#[inline(always)]
+fn decide_eights(lanes: u32, decide: impl Fn(&[usize]) -> [PairDecision; 8]) -> [PairDecision; 16] {
+    let mut decisions = [PairDecision::Undecided; 16];
+    let mut rest = lanes;
+    while rest != 0 {
+        let (mut eight, mut count) = ([0; 8], 0);
+        for lane in lanes_of(rest).take(8) {
+            eight[count] = lane;
+            count += 1;
+            rest &= rest - 1;
+        }
+        for (&lane, decision) in eight[..count].iter().zip(decide(&eight[..count])) {
+            decisions[lane] = decision;
+        }
+    }
+    decisions
+}
+
+/// Gathers the pairs in up to eight lanes.
+#[inline(always)]
+fn eight_pairs(lanes: &[usize], pair: &impl Fn(usize) -> Pair) -> EightPairs<f32> {
+    let mut pairs = EightPairs::new();
+    for (i, &lane) in lanes.iter().enumerate() {
+        let (ray, triangle, _) = pair(lane);
+        pairs.set(i, &ray, &triangle);
+    }
+    pairs
+}
+
+/// Tests the pairs in up to eight lanes with the operations of document A.
+#[inline(always)]
+fn by_document(
+    threshold: f64,
+    lanes: &[usize],
+    pair: &impl Fn(usize) -> Pair,
+) -> [PairDecision; 8] {
+    Level::best().run(ByDocument { pairs: &eight_pairs(lanes, pair), threshold })
 }
 
 /// Eight pairs to be tested with the operations of document A.
@@ -153,5 +177,49 @@ impl WithSimd for ByDocument<'_> {
             }
         }
         decisions
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ByDocument;
+    use crate::exact::test_numbers::random;
+    use crate::exact::{EightPairs, PairDecision};
+    use crate::simd::Level;
+    use crate::{Ray, Triangle, document};
+
+    /// Tests pairs on a small grid, so that many rays meet edges, start or end on a triangle, run
+    /// parallel to it, or have no direction, and pairs with numbers that are not finite.
+    #[test]
+    fn lanes_say_what_the_scalar_document_says() {
+        let (mut random, mut hits) = (random(), 0);
+        for i in 0..20_000 {
+            let threshold = [0.0, 1e-6, 0.5][i % 3];
+            let (mut pairs, mut each) = (EightPairs::new(), Vec::new());
+            for lane in 0..8 {
+                let mut vec3 = || [0; 3].map(|_| (4.0 * random()).round() as f32);
+                let mut triangle = Triangle([vec3(), vec3(), vec3()]);
+                let mut ray = Ray::new(vec3(), vec3());
+                match (i + lane) % 8 {
+                    0 => ray = ray.between(1.0, 2.0),
+                    1 => ray = ray.between(0.0, 1.0),
+                    2 => ray.dir[lane % 3] = [f32::NAN, f32::INFINITY][i % 2],
+                    3 => triangle.0[i % 3][lane % 3] = [f32::NAN, f32::INFINITY][i % 2],
+                    _ => {}
+                }
+                pairs.set(lane, &ray, &triangle);
+                each.push((ray, triangle));
+            }
+            for level in Level::all() {
+                let decisions = level.run(ByDocument { pairs: &pairs, threshold });
+                for ((ray, triangle), decision) in each.iter().zip(decisions) {
+                    let hit = document::hit(ray, triangle, threshold);
+                    let expected = hit.map_or(PairDecision::Miss, PairDecision::HitAt);
+                    assert_eq!(decision, expected, "{threshold} {ray:?} {triangle:?}");
+                    hits += usize::from(hit.is_some());
+                }
+            }
+        }
+        assert!(hits > 2000, "{hits}");
     }
 }
