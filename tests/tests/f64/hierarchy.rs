@@ -283,3 +283,51 @@ fn rays_along_walls_and_tilted_walls() {
         assert!(seemingly_parallel > 10, "{seemingly_parallel}");
     }
 }
+
+/// Traces parallel rays along walls and tilted walls, enough of them for bundles. Among some, every
+/// third ray is tilted by less than its f32 copy can tell.
+#[test]
+fn parallel_rays_along_walls_and_tilted_walls() {
+    let (mut rng, mut hit) = (Rng::new(53), 0);
+    for case in 0..12 {
+        let (k, tilt) = (case % 3, [0.0, 1e-60, -1e-60, 5e-324][case / 3]);
+        let walls: Vec<Triangle64> = (0..60)
+            .map(|i| {
+                let at = if i % 2 == 0 { 0.0 } else { 0.1 * f64::from(rng.within(3)) };
+                let mut corners = [(); 3].map(|()| rng.cube());
+                for corner in &mut corners {
+                    corner[i % 3] = at + if rng.one_in(4) { 1e-60 } else { 0.0 };
+                }
+                Triangle64(corners)
+            })
+            .collect();
+        let mut dir = rng.direction();
+        dir[k] = 0.0;
+        let rays: Vec<Ray64> = (0..1500)
+            .map(|i| {
+                // Start outside, in the plane of a wall, or in the middle of a tilted one.
+                let mut origin = rng.cube().map(|x| 0.9 * x);
+                for j in 0..3 {
+                    origin[j] -= 2.0 * dir[j];
+                }
+                origin[k] = rng.pick(&walls).0[i % 3][k] + if i % 5 == 0 { 5e-61 } else { 0.0 };
+                let mut dir = dir;
+                dir[k] = if i % 3 == 0 { tilt } else { 0.0 };
+                Ray64::new(origin, dir)
+            })
+            .collect();
+        let bvh = Bvh::new(&walls).unwrap();
+        let wanted: Vec<Option<Hit>> =
+            rays.iter().map(|ray| hits(&walls, ray).first().copied()).collect();
+        hit += wanted.iter().flatten().count();
+        for level in Level::all() {
+            let query = bvh.query().at(level);
+            let (closest, any) = (query.closest_batch(&rays), query.any_batch(&rays));
+            for (i, (ray, want)) in rays.iter().zip(&wanted).enumerate() {
+                assert_eq!(closest[i].some(), *want, "{case} {} {ray:?}", level.name());
+                assert_eq!(any[i], want.is_some(), "{case} {} {ray:?}", level.name());
+            }
+        }
+    }
+    assert!(hit > 2000, "{hit}");
+}

@@ -95,6 +95,20 @@ impl PreparedRay {
     }
 }
 
+/// Returns the axes along which a ray's direction is 0, a bit each, if the resolver is exact.
+#[inline(always)]
+pub(super) fn level_axes(filter: &Filter<'_>, ray: &Ray, id: RayId) -> u8 {
+    let is_exact = !matches!(filter.resolver, Resolver::Document(_));
+    let axes = if is_exact { zeros(ray.dir.map(f32::to_bits)) } else { 0 };
+    match filter.resolver {
+        // A component of the copy may be 0 because it is too small for f32.
+        Resolver::Originals(originals) if axes != 0 => {
+            zeros(originals.ray(id).dir.map(f64::to_bits))
+        }
+        _ => axes,
+    }
+}
+
 /// Returns the components that are 0, a bit each, given the bits of three numbers. The bits are
 /// compared because a CPU may be set to read subnormal numbers as 0.
 #[inline(always)]
@@ -105,7 +119,11 @@ fn zeros<B: Copy + Default + PartialEq + core::ops::Shl<u32, Output = B>>([x, y,
 
 /// Returns the lanes whose triangles are perpendicular to one of the given axes.
 #[inline(never)]
-fn parallel_lanes<const N: usize>(axes: u8, copies: bool, block: &TriangleBlock<N>) -> u32 {
+pub(super) fn parallel_lanes<const N: usize>(
+    axes: u8,
+    copies: bool,
+    block: &TriangleBlock<N>,
+) -> u32 {
     let mut lanes = 0;
     let [a, b, c] = block.corners();
     for axis in lanes_of(u32::from(axes)) {
@@ -165,14 +183,7 @@ impl Filter<'_> {
     #[doc(hidden)]
     #[inline(always)]
     pub fn prepare_numbered(&self, ray: &Ray, id: RayId) -> PreparedRay {
-        let is_exact = !matches!(self.resolver, Resolver::Document(_));
-        let mut level_axes = if is_exact { zeros(ray.dir.map(f32::to_bits)) } else { 0 };
-        if level_axes != 0
-            && let Resolver::Originals(originals) = self.resolver
-        {
-            // A component of the copy may be 0 because it is too small for f32.
-            level_axes = zeros(originals.ray(id).dir.map(f64::to_bits));
-        }
+        let level_axes = level_axes(self, ray, id);
         let lanes = Rays::of_ray(ray, self.threshold(), self.room());
         PreparedRay { ray: *ray, id, lanes, level_axes, copies: self.room().copies }
     }

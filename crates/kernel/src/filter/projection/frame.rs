@@ -35,6 +35,8 @@ pub struct Frame {
     pub(super) shares: Shares,
     /// The limits of the rays, if they are parallel.
     pub(super) parallel: Option<Parallel>,
+    /// The axes of the world along which the direction of parallel rays is 0, a bit each.
+    level_axes: u8,
 }
 
 /// Limits of parallel rays that are projected along their direction (projection.md, section 7).
@@ -159,6 +161,19 @@ impl Shares {
 }
 
 impl Frame {
+    /// Sets the axes along which the direction of the rays is 0 ([`Filter::level_axes`]).
+    ///
+    /// [`Filter::level_axes`]: crate::Filter::level_axes
+    pub fn level_along(self, level_axes: u8) -> Self {
+        Self { level_axes, ..self }
+    }
+
+    /// Returns the axes along which the direction of the rays is 0.
+    #[inline(always)]
+    pub(crate) fn level_axes(&self) -> u8 {
+        self.level_axes
+    }
+
     /// Creates a frame. No coordinate of the origin may exceed 2^30 in magnitude.
     pub fn new(origin: [f32; 3], depth: [f32; 3], right: [f32; 3], up: [f32; 3]) -> Self {
         // The dual basis is b × c, c × a, and a × b, divided by the determinant. For exactly
@@ -168,7 +183,7 @@ impl Frame {
         let size = a.dot(dual[0]);
         let dual = dual.map(|axis| [axis.x / size, axis.y / size, axis.z / size]);
         let (off, reach, shares) = (0.0, [0.0; 2], Shares::PLAIN);
-        Self { origin, depth, right, up, dual, off, reach, shares, parallel: None }
+        Self { origin, depth, right, up, dual, off, reach, shares, parallel: None, level_axes: 0 }
     }
 
     /// Creates a frame for rays with the direction `dir`, whose hits are exact. Points within
@@ -209,7 +224,7 @@ impl Frame {
         let away = bound::ACROSS / scale + deep * length;
         let parallel = Some(Parallel { length, scale, deep, away, forward });
         let (off, reach, shares) = (0.0, [0.0; 2], Shares::PLAIN);
-        Self { origin, depth, right, up, dual, off, reach, shares, parallel }
+        Self { origin, depth, right, up, dual, off, reach, shares, parallel, level_axes: 0 }
     }
 
     /// Returns the apex of the frame's rays.

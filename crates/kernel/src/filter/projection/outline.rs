@@ -178,6 +178,12 @@ impl Outlines {
         }
     }
 
+    /// Leaves out the triangles in some lanes.
+    #[inline(always)]
+    pub(crate) fn leave_out(&mut self, lanes: u32) {
+        self.live &= !lanes;
+    }
+
     /// Finds which of the triangles a ray through the window may hit at an inverse depth of at
     /// least `nearest`.
     #[inline(always)]

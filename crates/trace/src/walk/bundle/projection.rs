@@ -131,6 +131,9 @@ impl<S: Simd> Projection<S> {
         prefetch: &mut Prefetch<'_>,
     ) -> Option<Rectangle> {
         self.frame = frame::<S>(rays, reach)?;
+        if let Common::Direction { .. } = rays.common {
+            self.frame = self.frame.level_along(filter.level_axes(rays.rays, rays.first));
+        }
         let count = rays.rays.len();
         self.used = count.div_ceil(16);
 
