@@ -312,7 +312,7 @@ fn parallel_rays_along_walls_and_tilted_walls() {
                 }
                 origin[k] = rng.pick(&walls).0[i % 3][k] + if i % 5 == 0 { 5e-61 } else { 0.0 };
                 let mut dir = dir;
-                dir[k] = if i % 3 == 0 { tilt } else { 0.0 };
+                dir[k] = if i % 3 == 1 { tilt } else { 0.0 };
                 Ray64::new(origin, dir)
             })
             .collect();

@@ -22,6 +22,7 @@ mod prepared;
 pub(crate) mod projection;
 mod room;
 mod verdicts;
+mod walls;
 #[cfg(all(test, feature = "std"))]
 mod worst;
 
@@ -34,14 +35,13 @@ pub use room::Room;
 pub use verdicts::Counts;
 pub(crate) use verdicts::Verdicts;
 
+use crate::Threshold;
 use crate::exact::Rule;
 use crate::packet::TriangleBlock;
 use crate::resolve::{Originals, Resolver};
 use crate::simd::{Lanes, Level, Simd};
-use crate::{Ray, RayId, Threshold};
 
 use edges::Edges;
-use prepared::{level_axes, parallel_lanes};
 use projection::{Frame, Outlines, Points, Starts};
 
 /// The intersection test of a mode, for your own loops over packets and blocks: f32 lanes with a
@@ -188,27 +188,9 @@ impl Filter<'_> {
         let parallel = bound::PARALLEL * least / slowest;
         let mut outlines = Outlines::new::<S>(first, second, frame, parallel, self.room.exact);
         if frame.level_axes() != 0 {
-            let parallel = |block| parallel_lanes(frame.level_axes(), self.room.copies, block);
-            outlines.leave_out(parallel(first) | second.map_or(0, parallel) << 8);
+            outlines.leave_out(self.walls(frame.level_axes(), first, second));
         }
         outlines
-    }
-
-    /// Returns the axes along which the directions of all these rays are 0, a bit each, if the
-    /// resolver is exact. No ray hits a triangle that is perpendicular to such an axis. `first` is the
-    /// id of the first ray. The rays must have the same direction, but originals of copies may differ.
-    #[doc(hidden)]
-    pub fn level_axes(&self, rays: &[Ray], first: RayId) -> u8 {
-        let mut axes = rays.first().map_or(0, |ray| level_axes(self, ray, first));
-        if let Resolver::Originals(_) = self.resolver {
-            for (ray, id) in rays.iter().zip(first.0..) {
-                if axes == 0 {
-                    break;
-                }
-                axes &= level_axes(self, ray, RayId(id));
-            }
-        }
-        axes
     }
 
     /// Returns whether rays and triangles are f32 copies of f64 originals.

@@ -1,10 +1,12 @@
 //! Precomputed values of a triangle for many rays, or of rays for many triangles.
 
+use core::slice::from_ref;
+
 use super::precheck::{Constants, Precheck};
+use super::walls::parallel_lanes;
 use super::{Counts, Filter, Rays, Triangles, Verdicts};
 use crate::packet::{RayPacket, TriangleBlock};
-use crate::resolve::Resolver;
-use crate::simd::{Lane, Mask, Simd, Width, lanes_of};
+use crate::simd::{Lane, Mask, Simd, Width};
 use crate::{Ray, RayId, Triangle};
 
 /// A triangle with the constants that every packet of rays needs.
@@ -95,50 +97,6 @@ impl PreparedRay {
     }
 }
 
-/// Returns the axes along which a ray's direction is 0, a bit each, if the resolver is exact.
-#[inline(always)]
-pub(super) fn level_axes(filter: &Filter<'_>, ray: &Ray, id: RayId) -> u8 {
-    let is_exact = !matches!(filter.resolver, Resolver::Document(_));
-    let axes = if is_exact { zeros(ray.dir.map(f32::to_bits)) } else { 0 };
-    match filter.resolver {
-        // A component of the copy may be 0 because it is too small for f32.
-        Resolver::Originals(originals) if axes != 0 => {
-            zeros(originals.ray(id).dir.map(f64::to_bits))
-        }
-        _ => axes,
-    }
-}
-
-/// Returns the components that are 0, a bit each, given the bits of three numbers. The bits are
-/// compared because a CPU may be set to read subnormal numbers as 0.
-#[inline(always)]
-fn zeros<B: Copy + Default + PartialEq + core::ops::Shl<u32, Output = B>>([x, y, z]: [B; 3]) -> u8 {
-    let is_zero = |bits: B| u8::from(bits << 1 == B::default());
-    is_zero(x) | is_zero(y) << 1 | is_zero(z) << 2
-}
-
-/// Returns the lanes whose triangles are perpendicular to one of the given axes.
-#[inline(never)]
-pub(super) fn parallel_lanes<const N: usize>(
-    axes: u8,
-    copies: bool,
-    block: &TriangleBlock<N>,
-) -> u32 {
-    let mut lanes = 0;
-    let [a, b, c] = block.corners();
-    for axis in lanes_of(u32::from(axes)) {
-        let [a, b, c] = [&a[axis % 3], &b[axis % 3], &c[axis % 3]];
-        for lane in 0..N {
-            // As above, compare bits. A copy has edges instead of the other corners, and these are 0
-            // only if the coordinates of the original are the same.
-            let [a, b, c] = [a, b, c].map(|row| row[lane].to_bits());
-            let differ = if copies { (b | c) << 1 } else { a ^ b | b ^ c };
-            lanes |= u32::from(differ == 0) << lane;
-        }
-    }
-    lanes
-}
-
 /// N rays with the constants that every triangle needs, for one instruction level. Create one with
 /// [`Filter::prepare_packet_in`].
 ///
@@ -183,7 +141,7 @@ impl Filter<'_> {
     #[doc(hidden)]
     #[inline(always)]
     pub fn prepare_numbered(&self, ray: &Ray, id: RayId) -> PreparedRay {
-        let level_axes = level_axes(self, ray, id);
+        let level_axes = self.level_axes(from_ref(ray), id);
         let lanes = Rays::of_ray(ray, self.threshold(), self.room());
         PreparedRay { ray: *ray, id, lanes, level_axes, copies: self.room().copies }
     }

@@ -130,10 +130,7 @@ impl<S: Simd> Projection<S> {
         reach: f32,
         prefetch: &mut Prefetch<'_>,
     ) -> Option<Rectangle> {
-        self.frame = frame::<S>(rays, reach)?;
-        if let Common::Direction { .. } = rays.common {
-            self.frame = self.frame.level_along(filter.level_axes(rays.rays, rays.first));
-        }
+        self.frame = frame::<S>(filter, rays, reach)?;
         let count = rays.rays.len();
         self.used = count.div_ceil(16);
 

@@ -1,8 +1,8 @@
 //! Chooses the frame onto which the rays of a bundle are projected.
 
-use intertri::Ray;
 use intertri::internal::Frame;
 use intertri::simd::{Lanes, Simd, Vec3};
+use intertri::{Filter, Ray};
 
 use super::principal_axis::Spread;
 use super::rays::{BundleRays, Common, half};
@@ -39,12 +39,19 @@ const LARGEST_SPREAD: f32 = (1 << 30) as f32;
 
 /// Creates a frame for the rays of a bundle.
 #[inline(always)]
-pub(super) fn frame<S: Simd>(rays: &BundleRays<'_>, reach: f32) -> Option<Frame> {
+pub(super) fn frame<S: Simd>(
+    filter: &Filter<'_>,
+    rays: &BundleRays<'_>,
+    reach: f32,
+) -> Option<Frame> {
     let (all, common) = (rays.rays, rays.common);
     let origin = match common {
         Common::Origin => all[0].origin,
         Common::End(end) => end.point,
-        Common::Direction { reversed } => return frame_along::<S>(all, reversed, reach),
+        Common::Direction { reversed } => {
+            let frame = frame_along::<S>(all, reversed, reach)?;
+            return Some(frame.level_along(filter.level_axes(all, rays.first)));
+        }
     };
     let [first, second] = [all[0].dir, all[1].dir];
     // A sample is enough to estimate the centre and spread: any frame gives correct results, and a
