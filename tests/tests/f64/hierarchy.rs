@@ -305,14 +305,14 @@ fn parallel_rays_along_walls_and_tilted_walls() {
         dir[k] = 0.0;
         let rays: Vec<Ray64> = (0..1500)
             .map(|i| {
-                // Start outside, in the plane of a wall, or in the middle of a tilted one.
+                let mut dir = dir;
+                dir[k] = if i % 3 == 1 { tilt } else { 0.0 };
+                // Start outside, and pass through the plane of a wall, or the middle of a tilted one.
                 let mut origin = rng.cube().map(|x| 0.9 * x);
+                origin[k] = rng.pick(&walls).0[i % 3][k] + if i % 5 == 0 { 5e-61 } else { 0.0 };
                 for j in 0..3 {
                     origin[j] -= 2.0 * dir[j];
                 }
-                origin[k] = rng.pick(&walls).0[i % 3][k] + if i % 5 == 0 { 5e-61 } else { 0.0 };
-                let mut dir = dir;
-                dir[k] = if i % 3 == 1 { tilt } else { 0.0 };
                 Ray64::new(origin, dir)
             })
             .collect();
