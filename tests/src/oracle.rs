@@ -207,6 +207,12 @@ impl Truth {
         self.t.num > IBig::ZERO && self.weights().iter().all(|weight| *weight >= IBig::ZERO)
     }
 
+    /// Returns the edges whose lines the ray meets: bit i stands for the edge opposite corner i + 1.
+    pub fn edges(&self) -> u8 {
+        let [a, b, c] = self.weights().map(|weight| u8::from(weight == IBig::ZERO));
+        a | b << 1 | c << 2
+    }
+
     /// Returns whether t is within the ray's interval.
     pub fn is_within<S: Scalar>(&self, ray: &RayOf<S>) -> bool {
         // Negative ends need no special case, because a hit also requires a positive t.

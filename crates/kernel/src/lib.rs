@@ -122,7 +122,7 @@ pub mod internal {
     pub use crate::lane_queries::NumberedPacket;
     pub use crate::local_frame::LocalFrame;
     pub use crate::packet::{Copy32, RayLanes};
-    pub use crate::resolve::{Originals, Resolver, SharedOrigin};
+    pub use crate::resolve::{Originals, Resolver, SharedOrigin, sort_hits};
     pub use crate::scalar::Bits;
     pub use crate::simd::{Pair, lanes_of, prefetch, prefetch_early};
 
@@ -135,9 +135,9 @@ pub mod internal {
             Decided, EightPairs, HitCoefficients, HitCoefficients32, Pair64, PairDecision,
             Quotients, SeenPlane, Side, Tier, attributes, attributes_from, attributes32, crossing,
             crossing_from, decide, decide_pair, decide_with_t, edge_side, facing, has_area, hit,
-            hit_undecided, hit32, hits_in, hits_of_origin64, hits64, is_on, is_plain, known_order,
-            moment, order, order_by_coordinates, order_from, shares_feature, subnormals_are_read,
-            t, t_from, t_times,
+            hit32, hits_in, hits_of_origin64, hits64, is_on, is_plain, known_order, moment, order,
+            order_by_coordinates, order_from, shares_feature, subnormals_are_read, t, t_from,
+            t_times,
         };
     }
 }

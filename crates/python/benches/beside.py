@@ -66,6 +66,78 @@ def diffuse(mesh, origins, ways, rng):
     return starts[again], some.astype(np.float32)[again]
 
 
+def unit(v):
+    return v / np.linalg.norm(v, axis=-1, keepdims=True)
+
+
+def kinds(mesh, origins, ways, rng):
+    """Yields the rays of users besides an image in rows: name, origins, directions, and t_max for
+    rays that only ask whether they hit anything."""
+    count, half = len(origins), int(len(origins) ** 0.5) // 2
+    hits = mesh.closest(origins, ways)
+    hit = hits["triangle"] >= 0
+    a, b, c = np.moveaxis(mesh.triangles[hits["triangle"][hit]].astype(float), 1, 0)
+    normals = unit(np.cross(b - a, c - a))
+    normals *= -np.sign(np.einsum("ij,ij->i", normals, ways[hit]))[:, None]
+    size = np.ptp(mesh.vertices, axis=0).max()
+    starts = origins[hit] + hits["t"][hit, None] * ways[hit] + 1e-4 * size * normals
+
+    yield "rows", origins, ways, None
+    order = rng.permutation(count)
+    yield "shuffled", origins[order], ways[order], None
+    ahead = ways[count // 2 + half]
+    right = unit(np.cross(ahead, [0, 1, 0]))
+    up = np.cross(right, ahead)
+    x = np.linspace(-0.5, 0.5, 2 * half) * size
+    plane = (origins[0] + x[None, :, None] * right - x[:, None, None] * up).reshape(-1, 3)
+    yield "orthographic, rows", plane, np.broadcast_to(ahead, plane.shape), None
+    yield "toward the sun", starts, np.broadcast_to(unit(np.array([0.4, 1.0, 0.3])), starts.shape), np.inf
+    # A scanner that moves past the model, with 64 lasers.
+    turn = np.linspace(0, 200 * np.pi, count // 64 * 64)
+    lift = np.tile(np.linspace(-0.5, 0.5, 64), count // 64)
+    along = np.stack([np.linspace(-1, 1, len(turn)), 0 * turn + 0.2, 0 * turn + 1.2], 1)
+    lasers = np.stack([np.cos(turn) * np.cos(lift), np.sin(lift), np.sin(turn) * np.cos(lift)], 1)
+    yield "scanner", mesh.vertices.mean(axis=0) + size * along, lasers, None
+    # Sixteen short rays a point.
+    some = slice(None, None, max(1, 16 * len(starts) // count))
+    bent = unit(rng.normal(size=(len(starts[some]), 16, 3)))
+    bent = unit(bent + 1.001 * normals[some, None])
+    yield "occlusion", np.repeat(starts[some], 16, 0), (0.1 * size * bent).reshape(-1, 3), 1.0
+
+
+def kinds_of(name, vertices, faces, rays, threads, seconds, rng):
+    import intertri
+    import open3d as o3d
+
+    mesh = intertri.Mesh(vertices, faces)
+    nthreads = threads or 0
+    scene = o3d.t.geometry.RaycastingScene(nthreads=nthreads)
+    scene.add_triangles(o3d.core.Tensor(vertices), o3d.core.Tensor(faces.astype(np.uint32)))
+    title = f"{threads or 'all'} thread{'s' * (threads != 1)}"
+    print(f"\n### {name}, t, u, v in float32, {title}\n\n| rays | with `out=` | default | Open3D | ratio |")
+    print("| --- | --- | --- | --- | --- |")
+    for kind, origins, ways, t_max in kinds(mesh, *rays, rng):
+        origins, ways = (np.ascontiguousarray(x, dtype=np.float32) for x in (origins, ways))
+        tensor = o3d.core.Tensor(np.concatenate([origins, ways], axis=1))
+        if t_max is None:
+            out = np.empty(len(origins), intertri.HIT32)
+            contenders = {
+                "out": lambda: mesh.closest(origins, ways, threads=threads, out=out),
+                "default": lambda: mesh.closest(origins, ways, threads=threads, dtype=intertri.HIT32),
+                "Open3D": lambda: scene.cast_rays(tensor, nthreads=nthreads),
+            }
+        else:
+            out, far = np.empty(len(origins), bool), float(t_max)
+            contenders = {
+                "out": lambda: mesh.any(origins, ways, t_max=far, threads=threads, out=out),
+                "default": lambda: mesh.any(origins, ways, t_max=far, threads=threads),
+                "Open3D": lambda: scene.test_occlusions(tensor, tfar=far, nthreads=nthreads),
+            }
+        rates, _ = best(contenders, len(origins), seconds)
+        ours, default, theirs = rates.values()
+        print(f"| {kind} | {ours:.3g} | {default:.3g} | {theirs:.3g} | {ours / theirs:.2f} |", flush=True)
+
+
 def best(contenders, count, seconds):
     """Returns the rate of each contender, in millions per second, and its last answer, both keyed
     by name."""
@@ -226,7 +298,7 @@ def main():
     parser.add_argument("models")
     parser.add_argument("--rays", type=int, default=1024, help="rays per side of the image")
     parser.add_argument("--only", help="run only this scene")
-    parser.add_argument("--ask", default="primary,diffuse,lists,points")
+    parser.add_argument("--ask", default="primary,diffuse,kinds,lists,points")
     parser.add_argument("--threads", default="1,0", help="thread counts, 0 for all")
     parser.add_argument("--seconds", type=float, default=0.6, help="seconds per contender")
     given = parser.parse_args()
@@ -244,6 +316,8 @@ def main():
             if "diffuse" in given.ask:
                 rays = diffuse(intertri.Mesh(vertices, faces), *primary, rng)
                 rays_of(name, "diffuse", vertices, faces, rays, threads, given.seconds)
+            if "kinds" in given.ask:
+                kinds_of(name, vertices, faces, primary, threads, given.seconds, rng)
             if "lists" in given.ask:
                 lists_of(name, vertices, faces, primary, threads, given.seconds)
             if "points" in given.ask:

@@ -93,7 +93,8 @@ fn check<S: Scalar>(ray: &RayOf<S>, case: &Case<S>, all: bool, counts: &mut Coun
     counts.crossings += usize::from(crossing.is_some());
 }
 
-/// Checks what is decided about eight pairs side by side, under both rules and at every level.
+/// Checks what is decided about a pair alone, and about eight pairs side by side, under both rules and
+/// at every level.
 fn check_eight<S: Scalar>(
     (ray, triangle): (&RayOf<S>, &TriangleOf<S>),
     truth: Option<&Truth>,
@@ -106,17 +107,30 @@ fn check_eight<S: Scalar>(
         for level in Level::all() {
             let decisions = eight.decide(level, rule);
             assert!(decisions.iter().all(|other| *other == decisions[0]), "{decisions:?}");
-            counts.eight += usize::from(decisions[0] != PairDecision::Undecided);
-            match decisions[0] {
-                PairDecision::Undecided => {}
-                PairDecision::HitAt(_) => unreachable!("only document A has this t"),
-                PairDecision::Miss => assert!(!hit, "{rule:?} {ray:?} {triangle:?}"),
-                PairDecision::Hit { t_lo, t_hi, .. } => {
-                    let t = truth.filter(|_| hit).map(Truth::t_f64);
-                    let is_within = |t| f64::from(t_lo) <= t && t <= f64::from(t_hi);
-                    assert!(t.is_some_and(is_within), "{rule:?} {t:?} {ray:?} {triangle:?}");
-                }
-            }
+            counts.eight += usize::from(decisions[0].is_some());
+            check_decision(decisions[0], truth.filter(|_| hit), (rule, ray, triangle));
+        }
+        let alone = exact::decide_pair(rule, ray, triangle);
+        check_decision(Some(alone), truth.filter(|_| hit), (rule, ray, triangle));
+    }
+}
+
+/// Checks a decision about a pair, if any. The pair is a hit if `truth` is given.
+fn check_decision<S: Scalar>(
+    decision: Option<PairDecision>,
+    truth: Option<&Truth>,
+    pair: (Rule, &RayOf<S>, &TriangleOf<S>),
+) {
+    match decision {
+        None => {}
+        Some(PairDecision::HitAt(_)) => unreachable!("only document A has this t"),
+        Some(PairDecision::Miss) => assert!(truth.is_none(), "{pair:?}"),
+        Some(PairDecision::Hit { t_lo, t_hi, edges }) => {
+            let t = truth.map(Truth::t_f64);
+            let is_within = |t| f64::from(t_lo) <= t && t <= f64::from(t_hi);
+            assert!(t.is_some_and(is_within), "{t:?} {pair:?}");
+            let met = truth.map_or(0, Truth::edges);
+            assert!(edges & !met == 0, "{edges:03b} {met:03b} {pair:?}");
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use core::cmp::Ordering;
 
-use super::decision::{InFloat, Rule, Side, in_float};
-use super::input::{is_finite, is_plain};
+use super::decision::{InFloat, PairDecision, Rule, Side, in_float};
+use super::input::is_finite;
 use super::interval::Interval;
 use super::numbers::{Numbers, Pair};
 use super::one_pair;
@@ -25,19 +25,30 @@ pub fn crossing_from<S: Scalar>(
     if from == Tier::Float {
         match in_float(rule, ray, triangle) {
             InFloat::Miss => return None,
-            InFloat::Hit(side, _) => return Some(side),
-            InFloat::Undecided { plain: is_plain } => plain = is_plain,
+            InFloat::Hit(side, ..) => return Some(side),
+            InFloat::Undecided { t } => plain = t.is_some(),
         }
     }
-    by_integers(from, rule, ray, triangle, plain)
+    by_integers(from, rule, ray, triangle, plain).map(|(side, _)| side)
 }
 
-/// Returns whether a ray hits a triangle within its interval, for a pair that `decide_pair` has
-/// left undecided.
-pub fn hit_undecided<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
-    // For f32, integers do not use this.
-    let plain = const { is_f64::<S>() } && is_plain(ray, triangle);
-    by_integers(Tier::Float, rule, ray, triangle, plain).is_some()
+/// Decides whether a ray hits a triangle within its interval, and about where.
+pub fn decide_pair<S: Scalar>(
+    rule: Rule,
+    ray: &RayOf<S>,
+    triangle: &TriangleOf<S>,
+) -> PairDecision {
+    match in_float(rule, ray, triangle) {
+        InFloat::Miss => PairDecision::Miss,
+        InFloat::Hit(_, [lo, hi], edges) => PairDecision::hit_within(lo, hi, edges),
+        InFloat::Undecided { t } => {
+            match (by_integers(Tier::Float, rule, ray, triangle, t.is_some()), t) {
+                (None, _) => PairDecision::Miss,
+                (Some((_, edges)), Some([lo, hi])) => PairDecision::hit_within(lo, hi, edges),
+                (Some(_), None) => PairDecision::HIT_ANYWHERE,
+            }
+        }
+    }
 }
 
 /// The error for a case that two-part numbers cannot decide.
@@ -69,6 +80,10 @@ fn in_two_parts<S: Scalar>(
     if t > t_min && t < t_max { Ok(Some(side)) } else { Err(Undecided) }
 }
 
+/// The side from which a ray crosses a triangle, and the edges on which it certainly meets it
+/// ([`PairDecision::Hit`]).
+type Crossed = (Side, u8);
+
 /// Chooses the width of the integers. Plain inputs that need more than narrow integers are first
 /// tried with two-part numbers, which are faster than wide integers.
 #[inline(never)]
@@ -78,7 +93,7 @@ fn by_integers<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
     plain: bool,
-) -> Option<Side> {
+) -> Option<Crossed> {
     let interval = Interval::of(ray)?;
     if !is_finite(ray, triangle) {
         return None;
@@ -92,7 +107,7 @@ fn by_integers<S: Scalar>(
         && tier > Tier::Narrow
         && let Ok(decided) = in_two_parts(ray, triangle)
     {
-        return decided;
+        return decided.map(|side| (side, 0));
     }
     crossing_at(tier, rule, &pair, scales, interval)
 }
@@ -104,7 +119,7 @@ fn crossing_at(
     pair: &Pair,
     scales: Scales,
     interval: Interval,
-) -> Option<Side> {
+) -> Option<Crossed> {
     at_tier!(tier, crossing::<C, N, V>(rule, pair, scales, interval))
 }
 
@@ -113,7 +128,7 @@ fn crossing<const C: usize, const N: usize, const V: usize>(
     pair: &Pair,
     scales: Scales,
     interval: Interval,
-) -> Option<Side> {
+) -> Option<Crossed> {
     let numbers = Numbers::<C, N, V>::new(pair, scales);
     let (edges, num) = (numbers.edges(), numbers.volume());
 
@@ -139,7 +154,8 @@ fn crossing<const C: usize, const N: usize, const V: usize>(
     }
     let t = || Quotient::new(&num.size(), &den.size(), scales.of_t());
     let side = if side == Ordering::Greater { Side::Leaves } else { Side::Enters };
-    interval.contains(t).then_some(side)
+    let [u, v, w] = edges.map(|edge| u8::from(edge.sign().is_eq()));
+    interval.contains(t).then_some((side, u | v << 1 | w << 2))
 }
 
 #[cfg(test)]

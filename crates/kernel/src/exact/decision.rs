@@ -1,9 +1,9 @@
-//! What f64 decides about a ray and a triangle before integers are needed.
+//! What is decided about a ray and a triangle, and what f64 can decide of it.
 
 use super::float::{self, Decided};
 use super::input::is_plain;
 use crate::packet::RayLanes;
-use crate::simd::Vec3;
+use crate::simd::{Mask, Vec3};
 use crate::{RayOf, Scalar, TriangleOf};
 
 /// The rule that determines which triangles own a shared edge or corner.
@@ -43,27 +43,37 @@ impl Side {
     }
 }
 
+impl<M: Mask> Decided<M> {
+    /// Returns the lanes that are certainly hits under a rule.
+    #[inline(always)]
+    pub(super) fn hits(&self, rule: Rule) -> M {
+        if rule == Rule::Closed { self.closed } else { self.inside }
+    }
+}
+
 /// What f64 can say about a ray and a triangle.
 pub(super) enum InFloat {
     /// The ray misses the triangle, or hits it outside its interval.
     Miss,
-    /// The ray hits the triangle within its interval, on this side and with t between these bounds.
-    Hit(Side, [f64; 2]),
-    /// Only integers can decide. `plain` tells whether rounding is the only error of f64.
-    Undecided { plain: bool },
+    /// The ray hits the triangle within its interval, on this side, with t between these bounds, and
+    /// certainly on these edges ([`PairDecision::Hit`]).
+    Hit(Side, [f64; 2], u8),
+    /// Only integers can decide. If rounding is the only error of f64, `t` has bounds on t, which hold
+    /// if the ray hits the triangle.
+    Undecided { t: Option<[f64; 2]> },
 }
 
 /// Decides whether a ray hits a triangle within its interval, if f64 and its error bound suffice.
 #[inline(always)]
 pub(super) fn in_float<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> InFloat {
     if !is_plain(ray, triangle) {
-        return InFloat::Undecided { plain: false };
+        return InFloat::Undecided { t: None };
     }
     let corners = triangle.0.map(|corner| Vec3::<f64>::splat(corner.map(Into::into)));
     if float::runs_along(Vec3::splat(ray.dir.map(Into::into)), corners) {
         return InFloat::Miss;
     }
-    let (Decided { miss, closed, inside, leaves, .. }, t) =
+    let (Decided { miss, closed, inside, leaves, edges: [u, v, w] }, t) =
         float::decide_with_t(corners, &RayLanes::of_ray(ray));
     if miss {
         return InFloat::Miss;
@@ -71,12 +81,13 @@ pub(super) fn in_float<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &Triangl
     // On an edge, the closed rule accepts the hit. The *once* rule would need the signs of normals,
     // which are not computed for a single pair.
     if inside || rule == Rule::Closed && closed {
-        return InFloat::Hit(if leaves { Side::Leaves } else { Side::Enters }, t);
+        let edges = u8::from(u) | u8::from(v) << 1 | u8::from(w) << 2;
+        return InFloat::Hit(if leaves { Side::Leaves } else { Side::Enters }, t, edges);
     }
-    InFloat::Undecided { plain: true }
+    InFloat::Undecided { t: Some(t) }
 }
 
-/// What is decided about a ray and a triangle before integers of any width are needed.
+/// What is decided about a ray and a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PairDecision {
     /// The ray does not hit the triangle within its interval.
@@ -94,8 +105,6 @@ pub enum PairDecision {
     },
     /// The ray hits the triangle within its interval, at this t.
     HitAt(f64),
-    /// Not decided.
-    Undecided,
 }
 
 impl PairDecision {
@@ -112,20 +121,6 @@ impl PairDecision {
             return Self::HIT_ANYWHERE;
         }
         Self::Hit { t_lo: f32_bounds(lo).0, t_hi: f32_bounds(hi).1, edges }
-    }
-}
-
-/// Decides whether a ray hits a triangle within its interval, and about where, if f64 and its error
-/// bound suffice.
-pub fn decide_pair<S: Scalar>(
-    rule: Rule,
-    ray: &RayOf<S>,
-    triangle: &TriangleOf<S>,
-) -> PairDecision {
-    match in_float(rule, ray, triangle) {
-        InFloat::Miss => PairDecision::Miss,
-        InFloat::Undecided { .. } => PairDecision::Undecided,
-        InFloat::Hit(_, [lo, hi]) => PairDecision::hit_within(lo, hi, 0),
     }
 }
 
@@ -148,9 +143,9 @@ pub(crate) fn f32_bounds(t: f64) -> (f32, f32) {
 
 #[cfg(test)]
 mod tests {
-    use super::{InFloat, PairDecision, Rule, decide_pair, f32_bounds, in_float};
+    use super::{InFloat, PairDecision, Rule, f32_bounds, in_float};
     use crate::exact::test_numbers::random;
-    use crate::exact::{Tier, t_from};
+    use crate::exact::{Tier, decide_pair, t_from};
     use crate::{Mode, Ray, Ray64, Triangle, TriangleOf};
 
     #[test]
@@ -165,7 +160,9 @@ mod tests {
     /// Returns how far t is from the middle of its bounds, as a fraction of half their width.
     /// Returns `None` if the ray misses or a bound is not finite.
     fn used(ray: &Ray, triangle: &Triangle) -> Option<f64> {
-        let InFloat::Hit(_, [lo, hi]) = in_float(Rule::Closed, ray, triangle) else { return None };
+        let InFloat::Hit(_, [lo, hi], _) = in_float(Rule::Closed, ray, triangle) else {
+            return None;
+        };
         let t = t_from(Tier::Narrow, ray, triangle);
         assert!(lo <= t && (t <= hi || hi < 0.0), "{ray:?} {triangle:?}: {lo} {t} {hi}");
         if let PairDecision::Hit { t_lo, t_hi, .. } = decide_pair(Rule::Closed, ray, triangle) {

@@ -1,13 +1,13 @@
 //! Decides up to eight pairs of a ray and a triangle side by side: in f64, and then, where the
-//! error bound does not suffice, in 64-bit integers that wrap.
+//! error bound does not suffice, in integers that wrap: of 64 bits and, with AVX-512, of 128.
 
 use super::decision::{PairDecision, Rule};
-use super::float::{self, Decided, NormalSigns, Signs};
+use super::float;
 use super::input::plain_lanes;
 use super::tier::is_f64;
-use super::wrapping::{SignBits, Wrapped};
+use super::wrapping::{in_64_bits, in_lanes};
 use crate::packet::RayLanes;
-use crate::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd};
+use crate::simd::{Ints, Lanes, Level, Mask, Simd, Vec3, WithSimd};
 use crate::{RayOf, Scalar, TriangleOf};
 
 /// Up to eight rays and triangles in lanes.
@@ -22,8 +22,8 @@ use crate::{RayOf, Scalar, TriangleOf};
 /// pairs.set(0, &ray, &at(5.0));
 /// pairs.set(1, &ray, &at(-5.0));
 /// let decisions = pairs.decide(Level::best(), Rule::Closed);
-/// assert_eq!(decisions[0], decide_pair(Rule::Closed, &ray, &at(5.0)));
-/// assert_eq!(decisions[1], PairDecision::Miss);
+/// assert_eq!(decisions[0], Some(decide_pair(Rule::Closed, &ray, &at(5.0))));
+/// assert_eq!(decisions[1], Some(PairDecision::Miss));
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct EightPairs<X> {
@@ -58,10 +58,10 @@ impl<X: Scalar> EightPairs<X> {
         self.rows[16][lane] = ray.t_max;
     }
 
-    /// Decides all lanes side by side, like [`decide_pair`](super::decide_pair), but also with 64-bit
-    /// integers where the error bound of f64 does not suffice.
+    /// Decides lanes side by side, like [`decide_pair`](super::decide_pair). Few pairs stay undecided:
+    /// those of very large or small numbers, and those of numbers with many digits.
     #[inline]
-    pub fn decide(&self, level: Level, rule: Rule) -> [PairDecision; 8] {
+    pub fn decide(&self, level: Level, rule: Rule) -> [Option<PairDecision>; 8] {
         let rows = if const { is_f64::<X>() } {
             Rows::F64(bytemuck::cast_ref(&self.rows))
         } else {
@@ -90,73 +90,8 @@ enum Rows<'a> {
 }
 
 #[inline(never)]
-fn decide(level: Level, rule: Rule, rows: Rows<'_>) -> [PairDecision; 8] {
+fn decide(level: Level, rule: Rule, rows: Rows<'_>) -> [Option<PairDecision>; 8] {
     level.run(DecideEight { rows, rule })
-}
-
-/// Returns the signs known so far, and those that integers find. `bounds` are bounds on the errors
-/// of U, V, W, and T in f64, and of `T - t_min D` and `T - t_max D`. Only the `open` lanes matter.
-#[inline(always)]
-fn with_integers<S: Simd>(
-    (rule, open): (Rule, u32),
-    rows: &[[f64; 8]; 17],
-    corners: [Vec3<S::F64x8>; 3],
-    known: &Signs<MaskOf<S>>,
-    (bounds, end_bounds): ([S::F64x8; 4], [S::F64x8; 2]),
-) -> Signs<MaskOf<S>> {
-    let [numbers @ .., t_min, t_max] = rows;
-    let integers = Wrapped::<S>::new(numbers);
-    let none = [Mask::from_bits(0); 3];
-    let mut found = Signs { volumes: [none; 4], ends: [none; 2] };
-    let (volumes, t_and_d) = integers.volumes(&bounds);
-    for (masks, bits) in found.volumes.iter_mut().zip(volumes) {
-        *masks = masks_of(bits);
-    }
-    // Few rays end on a triangle.
-    for (i, end) in [t_min, t_max].into_iter().enumerate() {
-        let [over, under, _] = known.ends[i];
-        if open & !(over | under).bits() != 0 {
-            found.ends[i] = masks_of(integers.end(t_and_d, end, end_bounds[i]));
-        }
-    }
-    let mut signs = known.or(&found);
-    // For hits, T and D have the same sign. If both are negative, so are the factors of the ends.
-    let [_, _, _, [_, negative, _]] = signs.volumes;
-    for (end, known) in signs.ends.iter_mut().zip(&known.ends) {
-        let open = !(known[0] | known[1]) & negative;
-        let [over, under, at] = *end;
-        *end = [open & under | !open & over, open & over | !open & under, at];
-    }
-    if rule == Rule::Closed {
-        return signs;
-    }
-
-    // Where a volume is 0, the *once* rule needs the signs of a normal.
-    let row = |i: usize| S::F64x8::load(&rows[i]);
-    let mut normals = NormalSigns::new(corners, Vec3 { x: row(9), y: row(10), z: row(11) });
-    for (known, bits) in normals.signs.iter_mut().zip(integers.normals(&normals.bounds)) {
-        for (known, bits) in known.iter_mut().zip(bits) {
-            let (open, more) = (!(known[0] | known[1] | known[2]), masks_of(bits));
-            for (known, more) in known.iter_mut().zip(more) {
-                *known = *known | open & more;
-            }
-        }
-    }
-    signs.moved(&normals.signs)
-}
-
-/// The masks of eight f64 lanes.
-type MaskOf<S> = <<S as Simd>::F64x8 as Lanes>::Mask;
-
-#[inline(always)]
-fn masks_of<M: Mask>([positive, negative, zero]: SignBits) -> [M; 3] {
-    [M::from_bits(positive), M::from_bits(negative), M::from_bits(zero)]
-}
-
-/// Returns the lanes that are certainly hits under a rule.
-#[inline(always)]
-fn hits<M: Mask>(rule: Rule, decided: &Decided<M>) -> M {
-    if rule == Rule::Closed { decided.closed } else { decided.inside }
 }
 
 struct DecideEight<'a> {
@@ -165,10 +100,10 @@ struct DecideEight<'a> {
 }
 
 impl WithSimd for DecideEight<'_> {
-    type Output = [PairDecision; 8];
+    type Output = [Option<PairDecision>; 8];
 
     #[inline(always)]
-    fn run<S: Simd>(self) -> [PairDecision; 8] {
+    fn run<S: Simd>(self) -> [Option<PairDecision>; 8] {
         let Self { rows, rule } = self;
         let mut widened = [[0.0; 8]; 17];
         // No verdict is valid for a lane that is not plain.
@@ -192,29 +127,40 @@ impl WithSimd for DecideEight<'_> {
             &rays,
             #[inline(always)]
             |decided, known, bounds| {
-                let settled = decided.miss | along | hits(rule, decided);
+                let settled = decided.miss | along | decided.hits(rule);
                 let open = (!settled).bits() & plain;
-                (open != 0).then(
-                    #[inline(always)]
-                    || with_integers::<S>((rule, open), rows, corners, known, bounds),
-                )
+                if open == 0 {
+                    return None;
+                }
+                let narrow = in_64_bits::<S>(rows);
+                let signs = narrow.add_signs((rule, open), corners, &rays, known, bounds);
+                if S::WideInts::BITS == S::I64x8::BITS {
+                    return Some(signs);
+                }
+                let decided = signs.decide();
+                let open = open & !(decided.miss | decided.hits(rule)).bits();
+                if open == 0 {
+                    return Some(signs);
+                }
+                let wide = in_lanes::<S::F64x8, S::WideInts>(rows, narrow.units);
+                Some(wide.add_signs((rule, open), corners, &rays, &signs, bounds))
             },
         );
         let miss = (decided.miss | along).bits() & plain;
-        let hit = hits(rule, &decided).bits() & plain & !miss;
+        let hit = decided.hits(rule).bits() & plain & !miss;
         let (mut t_lo, mut t_hi) = ([0.0; 8], [0.0; 8]);
         lo.store(&mut t_lo);
         hi.store(&mut t_hi);
         let [u, v, w] = decided.edges;
         let edges = [u.bits(), v.bits(), w.bits()];
-        let mut decisions = [PairDecision::Undecided; 8];
+        let mut decisions = [None; 8];
         for (lane, decision) in decisions.iter_mut().enumerate() {
             if miss >> lane & 1 != 0 {
-                *decision = PairDecision::Miss;
+                *decision = Some(PairDecision::Miss);
             } else if hit >> lane & 1 != 0 {
                 let on = |i: usize| (edges[i] >> lane & 1) << i;
                 let edges = (on(0) | on(1) | on(2)) as u8;
-                *decision = PairDecision::hit_within(t_lo[lane], t_hi[lane], edges);
+                *decision = Some(PairDecision::hit_within(t_lo[lane], t_hi[lane], edges));
             }
         }
         decisions
@@ -224,7 +170,7 @@ impl WithSimd for DecideEight<'_> {
 #[cfg(test)]
 mod tests {
     use super::{EightPairs, PairDecision, Rule};
-    use crate::exact::decide_pair;
+    use crate::exact::decision::{InFloat, in_float};
     use crate::exact::test_numbers::random;
     use crate::exact::tier::is_f64;
     use crate::exact::{Tier, attributes_from, crossing_from, t_from};
@@ -271,13 +217,15 @@ mod tests {
                     let decisions = pairs.decide(level, rule);
                     for (lane, (ray, triangle)) in each.iter().enumerate() {
                         let hit = match decisions[lane] {
-                            PairDecision::Undecided => {
+                            None => {
                                 counts[0] += 1;
                                 continue;
                             }
-                            PairDecision::Miss => false,
-                            PairDecision::HitAt(_) => unreachable!("only document A has this t"),
-                            PairDecision::Hit { t_lo, t_hi, edges } => {
+                            Some(PairDecision::Miss) => false,
+                            Some(PairDecision::HitAt(_)) => {
+                                unreachable!("only document A has this t")
+                            }
+                            Some(PairDecision::Hit { t_lo, t_hi, edges }) => {
                                 assert!(truth[lane], "{rule:?} {ray:?} {triangle:?}");
                                 let t = t_from(Tier::Narrow, ray, triangle);
                                 assert!(f64::from(t_lo) <= t && t <= f64::from(t_hi), "{ray:?}");
@@ -290,7 +238,8 @@ mod tests {
                         counts[if hit { 1 } else { 3 }] += 1;
                         assert_eq!(hit, truth[lane], "{rule:?} {ray:?} {triangle:?}");
                         // The ray meets an edge that another triangle may own.
-                        let by_f64 = decide_pair(rule, ray, triangle) != PairDecision::Undecided;
+                        let by_f64 =
+                            !matches!(in_float(rule, ray, triangle), InFloat::Undecided { .. });
                         counts[4] += u32::from(rule == Rule::Once && !by_f64 && !hit);
                     }
                 }

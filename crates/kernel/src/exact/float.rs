@@ -54,6 +54,8 @@ pub(super) struct Signs<M> {
     pub(super) volumes: [[M; 3]; 4],
     /// For hits, the signs of `t - t_min` and `t - t_max`.
     pub(super) ends: [[M; 3]; 2],
+    /// Which of U, V, and W are 0, if their signs have been replaced.
+    pub(super) edges: [M; 3],
 }
 
 impl<M: Mask> Signs<M> {
@@ -77,6 +79,7 @@ impl<M: Mask> Signs<M> {
     pub(super) fn moved(&self, normals: &[[[M; 3]; 3]; 3]) -> Self {
         let mut all = *self;
         let [u, v, w, _] = &self.volumes;
+        all.edges = [u[2] | self.edges[0], v[2] | self.edges[1], w[2] | self.edges[2]];
         // If all three are 0, D is 0, and the ray does not cross the plane in one point.
         let some = u[0] | u[1] | v[0] | v[1] | w[0] | w[1];
         for (sign, [x, y, z]) in all.volumes.iter_mut().zip(normals) {
@@ -90,7 +93,7 @@ impl<M: Mask> Signs<M> {
 
     /// Makes every decision that the signs allow.
     #[inline(always)]
-    fn decide(&self) -> Decided<M> {
+    pub(super) fn decide(&self) -> Decided<M> {
         let [u, v, w, t] = self.volumes;
         let (over, under) = (u[0] | v[0] | w[0], u[1] | v[1] | w[1]);
         // Is the plane behind the origin, or does it contain the origin?
@@ -109,10 +112,13 @@ impl<M: Mask> Signs<M> {
             closed: closed & range,
             inside: inside & range,
             leaves: t[0],
-            edges: [u[2], v[2], w[2]],
+            edges: [u[2] | self.edges[0], v[2] | self.edges[1], w[2] | self.edges[2]],
         }
     }
 }
+
+/// Bounds on the errors of U, V, W, and T, and on those of `T - t_min D` and `T - t_max D`.
+pub(super) type Bounds<D> = ([D; 4], [D; 2]);
 
 /// A value, and the sum of the magnitudes of all products that make it up.
 #[derive(Clone, Copy)]
@@ -177,13 +183,13 @@ pub fn decide_with_t<D: Lanes<Scalar = f64>>(
 }
 
 /// Like [`decide_with_t`], but `refine` may replace the signs by better ones. It receives the
-/// decisions and signs so far, bounds on the errors of U, V, W, and T, and bounds on those of
-/// `T - t_min D` and `T - t_max D`: a number whose sign is not known is at most twice its bound.
+/// decisions and signs so far, and bounds on the errors: a number whose sign is not known is at most
+/// twice its bound.
 #[inline(always)]
 pub(super) fn decide_refined<D: Lanes<Scalar = f64>>(
     [c1, c2, c3]: [Vec3<D>; 3],
     rays: &RayLanes<D>,
-    refine: impl FnOnce(&Decided<D::Mask>, &Signs<D::Mask>, ([D; 4], [D; 2])) -> Option<Signs<D::Mask>>,
+    refine: impl FnOnce(&Decided<D::Mask>, &Signs<D::Mask>, Bounds<D>) -> Option<Signs<D::Mask>>,
 ) -> (Decided<D::Mask>, [D; 2]) {
     let (org, dir, t_min, t_max) = (rays.org, rays.dir, rays.t_min, rays.t_max);
     let (a, b) = (c1 - org, c2 - org);
@@ -222,7 +228,8 @@ pub(super) fn decide_refined<D: Lanes<Scalar = f64>>(
         [far[0] | empty, far[1] & !empty | endless, none],
     ];
 
-    let signs = Signs { volumes: [u_signs, v_signs, w_signs, t.signs(VOLUME)], ends };
+    let volumes = [u_signs, v_signs, w_signs, t.signs(VOLUME)];
+    let signs = Signs { volumes, ends, edges: [none; 3] };
     let mut decided = signs.decide();
     let bounds = [u.error(EDGE), v.error(EDGE), w.error(EDGE), t.error(VOLUME)];
     if let Some(better) = refine(&decided, &signs, (bounds, [near_err, far_err])) {

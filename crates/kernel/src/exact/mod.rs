@@ -52,9 +52,9 @@ pub use area::has_area;
 pub use closest::{
     Closest, Feature, Squares, closer, closer_from, closest, feature, feature_from, squares,
 };
-pub use crossing::{crossing_from, hit_undecided};
+pub use crossing::{crossing_from, decide_pair};
 pub(crate) use decision::f32_bounds;
-pub use decision::{PairDecision, Rule, Side, decide_pair};
+pub use decision::{PairDecision, Rule, Side};
 pub use eight_pairs::EightPairs;
 pub use facing::facing;
 pub use float::{Decided, decide, decide_with_t};

@@ -195,6 +195,6 @@ fn subnormal(first: u64, top: i32, last: i32) -> u64 {
 }
 
 /// Returns `2^e`, which must be a normal number.
-pub(super) fn pow2(e: i32) -> f64 {
+pub(super) const fn pow2(e: i32) -> f64 {
     f64::from_bits(((e + 1023) as u64) << 52)
 }

@@ -232,6 +232,7 @@ impl Simd for Worsts {
     type F64x4 = f64;
     type F64x8 = f64;
     type I64x8 = NoInts;
+    type WideInts = NoInts;
     type F32s = Worst;
     type F64s = f64;
     const LEVEL: Level = Level::PORTABLE;
@@ -257,6 +258,7 @@ impl Sub for NoInts {
 
 impl Ints for NoInts {
     const N: usize = 1;
+    const BITS: u32 = 64;
 
     fn splat(_: i64) -> Self {
         Self
@@ -264,7 +266,9 @@ impl Ints for NoInts {
     fn load(_: &[i64]) -> Self {
         Self
     }
-    fn store(self, _: &mut [i64]) {}
+    fn shifted(_: &[i64], _: &[i64]) -> Self {
+        Self
+    }
     fn times(self, _: Self) -> Self {
         self
     }

@@ -25,7 +25,8 @@ use crate::{LeafSlot, TriangleId};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct ClosestHit {
-    /// t in f64; NaN until it is needed.
+    /// t in f64; NaN until it is needed. The lowest bits of the NaN are the edges on which the ray is
+    /// known to meet the triangle, as in [`PairDecision::Hit`].
     pub(super) t: f64,
     pub(super) t_lo: f32,
     pub(super) t_hi: f32,
@@ -105,13 +106,13 @@ impl ClosestHit {
     ) {
         if t_hi < self.t_lo {
             // The new hit is certainly in front of the old hit.
-            self.replace((t_lo, t_hi), new);
+            self.replace((t_lo, t_hi), new, 0);
         } else if t_lo <= self.t_hi {
             if self.is_hit() {
                 // Coplanar walls are common, and their order can be determined without arithmetic.
                 // Most of the others differ enough for f64.
                 let order = pairs.known_order(lane, self.slot);
-                self.offer_rival((t_lo, t_hi), order, new, lane, pairs);
+                self.offer_rival((t_lo, t_hi), order, (new, 0), lane, pairs);
             } else {
                 // The interval overlaps the far end of the ray, so the resolver must also check the
                 // far end.
@@ -121,10 +122,11 @@ impl ClosestHit {
     }
 
     /// Stores a hit that is in front of the closest hit so far. Its t is NaN until another hit
-    /// comes close and the exact value is needed.
+    /// comes close and the exact value is needed. The ray is known to meet the triangle on `edges`.
     #[inline(always)]
-    fn replace(&mut self, (t_lo, t_hi): (f32, f32), (triangle, slot): (TriangleId, LeafSlot)) {
-        *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
+    fn replace(&mut self, (t_lo, t_hi): (f32, f32), new: (TriangleId, LeafSlot), edges: u8) {
+        let (triangle, slot) = new;
+        *self = Self { t: unknown(edges), t_lo, t_hi, triangle, slot };
     }
 
     /// Offers a lane's hit whose interval of t overlaps that of the closest hit so far. `order` is
@@ -134,7 +136,7 @@ impl ClosestHit {
         &mut self,
         (t_lo, t_hi): (f32, f32),
         order: Option<Ordering>,
-        new: (TriangleId, LeafSlot),
+        (new, edges): ((TriangleId, LeafSlot), u8),
         lane: usize,
         pairs: &impl LanePairs,
     ) {
@@ -144,8 +146,14 @@ impl ClosestHit {
         if order.then(new.0.cmp(&self.triangle)).is_lt() {
             // The new hit's t is at most the t of the closest hit so far.
             let t_hi = if t_hi < self.t_hi { t_hi } else { self.t_hi };
-            self.replace((t_lo, t_hi), new);
+            self.replace((t_lo, t_hi), new, edges);
         }
+    }
+
+    /// Returns the edges on which the ray is known to meet the triangle, if t is not known.
+    #[inline(always)]
+    fn edges(&self) -> u8 {
+        if self.t.is_nan() { (self.t.to_bits() & 0b111) as u8 } else { 0 }
     }
 
     /// Offers a lane's pair that the filter left undecided. The function is out of line to keep
@@ -179,8 +187,7 @@ impl ClosestHit {
         lane: usize,
         pairs: &impl LanePairs,
     ) {
-        // Most rays pass just beside an edge, which f64 can decide. The exact t is not needed then,
-        // unless another hit is about as far away.
+        // The exact t is not needed unless another hit is about as far away.
         match decision {
             PairDecision::Miss => {}
             // Without an upper bound on t, no box behind the hit could be left out.
@@ -189,43 +196,18 @@ impl ClosestHit {
             }
             PairDecision::Hit { t_lo, t_hi, edges } => {
                 if !self.is_hit() || t_hi < self.t_lo {
-                    self.replace((t_lo, t_hi), new);
+                    self.replace((t_lo, t_hi), new, edges);
                 } else if t_lo <= self.t_hi {
-                    // Rays that meet several triangles exactly at a corner or an edge are common in
-                    // regular models.
-                    let order = if edges != 0 && pairs.shares_feature(lane, edges, self.slot) {
+                    let met = (new.1, edges);
+                    let order = if edges != 0 && pairs.shares_feature(lane, met, self.slot) {
                         Some(Ordering::Equal)
                     } else {
                         pairs.known_order(lane, self.slot)
                     };
-                    self.offer_rival((t_lo, t_hi), order, new, lane, pairs);
+                    self.offer_rival((t_lo, t_hi), order, (new, edges), lane, pairs);
                 }
             }
             PairDecision::HitAt(t) => self.offer_known(t, new, lane, pairs),
-            PairDecision::Undecided => self.offer_doubtful(new, lane, pairs),
-        }
-    }
-
-    /// Offers a lane's pair that only the resolver's last stage can decide.
-    #[inline(always)]
-    fn offer_doubtful(&mut self, new: (TriangleId, LeafSlot), lane: usize, pairs: &impl LanePairs) {
-        let (triangle, slot) = new;
-        let order = if self.is_hit() { pairs.known_order(lane, self.slot) } else { None };
-        match order {
-            // The triangle is behind the closest hit, so it makes no difference whether the ray
-            // hits it.
-            Some(Ordering::Greater) => {}
-            // Both have the same t, so the index decides, and t is not needed.
-            Some(Ordering::Equal) => {
-                if triangle < self.triangle && pairs.meets_undecided(lane) {
-                    (self.triangle, self.slot) = (triangle, slot);
-                }
-            }
-            Some(Ordering::Less) | None => {
-                if let Some(t) = pairs.hit_undecided(lane) {
-                    self.offer_known(t, new, lane, pairs);
-                }
-            }
         }
     }
 
@@ -278,7 +260,7 @@ impl ClosestHit {
         if doubtful == 0 && first < self.t_lo {
             let lane = rivals.trailing_zeros() as usize % 8;
             let (triangle, slot) = lane_names(indices, slot, lane);
-            self.replace((t_lo[lane], first), (triangle, slot));
+            self.replace((t_lo[lane], first), (triangle, slot), 0);
             return;
         }
         let (lanes, hit) = (verdicts.lanes(), verdicts.hit);
@@ -316,10 +298,29 @@ impl ClosestHit {
         names: impl Fn(usize) -> (TriangleId, LeafSlot),
         pairs: &impl LanePairs,
     ) {
-        let decided = DecidedLanes::of(verdicts.lanes & !verdicts.hit, pairs);
-        for lane in lanes_of(verdicts.lanes) {
+        let mut lanes = verdicts.lanes;
+        if self.edges() != 0 {
+            lanes &= !self.later_at_edges(lanes, &names, pairs);
+        }
+        let decided = DecidedLanes::of(lanes & !verdicts.hit, pairs);
+        for lane in lanes_of(lanes) {
             self.offer_one(verdicts, &decided, names(lane), lane, pairs);
         }
+    }
+
+    /// Returns the lanes with triangles that also have the corner or the edge at which the ray meets the
+    /// closest triangle so far, and a higher index. They cannot become the closest.
+    #[cold]
+    #[inline(never)]
+    fn later_at_edges(
+        &self,
+        lanes: u32,
+        names: &impl Fn(usize) -> (TriangleId, LeafSlot),
+        pairs: &impl LanePairs,
+    ) -> u32 {
+        let later = lanes_of(lanes).filter(|lane| names(*lane).0 > self.triangle);
+        let later = later.fold(0, |bits, lane| bits | 1 << lane);
+        pairs.sharing(later, (self.slot, self.edges()))
     }
 
     /// Offers the verdict on one lane.
@@ -358,6 +359,15 @@ impl ClosestHit {
         let order = if t == self.t { pairs.order(lane, self.slot) } else { Ordering::Equal };
         t < self.t || t == self.t && order.then(triangle.cmp(&self.triangle)).is_lt()
     }
+}
+
+/// The bits of a quiet NaN.
+const NAN: u64 = 0x7ff8 << 48;
+
+/// Returns a NaN for a hit whose t is not known, on a triangle that the ray meets on `edges`.
+#[inline(always)]
+pub(super) fn unknown(edges: u8) -> f64 {
+    f64::from_bits(NAN | u64::from(edges))
 }
 
 /// The filter's verdicts on lanes, stored so that they can be processed one by one.

@@ -1,6 +1,6 @@
 //! The closest hits of N rays so far, in lanes.
 
-use super::closest_hit::{ClosestHit, OneByOne};
+use super::closest_hit::{ClosestHit, OneByOne, unknown};
 use super::lane_pairs::{DecidedLanes, LanePairs};
 use crate::document::Tri;
 use crate::exact;
@@ -64,7 +64,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
     pub fn lane(&self, lane: usize) -> ClosestHit {
         // Access every lane with a constant index, because a variable index would spill the
         // registers to memory.
-        let mut t = f64::NAN;
+        let mut t = unknown(0);
         for i in 0..N {
             if i == lane && self.known >> i & 1 != 0 {
                 t = self.t[i];
@@ -106,7 +106,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         core::array::from_fn(
             #[inline(always)]
             |i| ClosestHit {
-                t: if self.known >> i & 1 != 0 { self.t[i] } else { f64::NAN },
+                t: if self.known >> i & 1 != 0 { self.t[i] } else { unknown(0) },
                 t_lo: t_lo[i],
                 t_hi: t_hi[i],
                 triangle: TriangleId(triangle[i].to_bits()),

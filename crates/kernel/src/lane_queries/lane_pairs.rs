@@ -2,9 +2,10 @@
 
 use core::cmp::Ordering;
 
-use crate::exact::PairDecision;
+use crate::exact::{self, PairDecision};
 use crate::packet::{RayPacket, TriangleBlock};
 use crate::resolve::{Resolver, SEVERAL};
+use crate::simd::lanes_of;
 use crate::{LeafSlot, Ray, RayId, Triangle};
 
 /// The ray and the triangle in each lane. The slow path, which is out of line, passes them to the
@@ -21,7 +22,7 @@ pub(crate) trait LanePairs {
     /// Returns the triangle in a slot.
     fn find(&self, slot: LeafSlot) -> Triangle;
 
-    /// Decides a lane's pair in f64, if that suffices.
+    /// Decides a lane's pair.
     #[inline(always)]
     fn decide(&self, lane: usize) -> PairDecision {
         self.resolver().decide(&self.ray(lane), &self.triangle(lane), self.ids(lane))
@@ -52,18 +53,6 @@ pub(crate) trait LanePairs {
     fn crossings(&self, lanes: u32) -> [u32; 2] {
         let pair = |lane| (self.ray(lane), self.triangle(lane), self.ids(lane));
         self.resolver().crossings(lanes, pair)
-    }
-
-    /// Returns the t of a lane's pair that [`LanePairs::decide`] has left undecided, if it is a hit.
-    #[inline(always)]
-    fn hit_undecided(&self, lane: usize) -> Option<f64> {
-        self.resolver().hit_undecided(&self.ray(lane), &self.triangle(lane), self.ids(lane))
-    }
-
-    /// Returns whether a lane's pair that [`LanePairs::decide`] has left undecided is a hit.
-    #[inline(always)]
-    fn meets_undecided(&self, lane: usize) -> bool {
-        self.resolver().meets_undecided(&self.ray(lane), &self.triangle(lane), self.ids(lane))
     }
 
     /// Returns the t of a lane's pair, which must be a hit.
@@ -101,13 +90,29 @@ pub(crate) trait LanePairs {
         self.resolver().order_by_coordinates(pair, (ray, [here, slot]))
     }
 
-    /// Returns whether the corner or the edge on which the lane's ray meets the lane's triangle also
-    /// belongs to the triangle in a slot. If the ray hits both, t is then the same.
+    /// Returns whether the corner or the edge on which the lane's ray meets the triangle in one slot
+    /// also belongs to the triangle in another. If the ray hits both, t is then the same.
     #[inline(always)]
-    fn shares_feature(&self, lane: usize, edges: u8, slot: LeafSlot) -> bool {
-        let (ray, here) = self.ids(lane);
-        let pair = || [self.triangle(lane), self.find(slot)];
-        self.resolver().shares_feature(pair, edges, (ray, [here, slot]))
+    fn shares_feature(&self, lane: usize, (one, edges): (LeafSlot, u8), other: LeafSlot) -> bool {
+        let pair = || [self.find(one), self.find(other)];
+        self.resolver().shares_feature(pair, edges, (self.ids(lane).0, [one, other]))
+    }
+
+    /// Like [`LanePairs::shares_feature`], for the triangle in a slot and those in several lanes with
+    /// the same ray. Returns the lanes that share the corner or the edge.
+    #[inline(always)]
+    fn sharing(&self, lanes: u32, (one, edges): (LeafSlot, u8)) -> u32 {
+        let select = |shares: &dyn Fn(usize) -> bool| {
+            lanes_of(lanes).filter(|lane| shares(*lane)).fold(0, |bits, lane| bits | 1 << lane)
+        };
+        match self.resolver() {
+            Resolver::Document(_) => 0,
+            Resolver::Exact(_) if lanes != 0 => {
+                let met = self.find(one);
+                select(&|lane| exact::shares_feature(&met, edges, &self.triangle(lane)))
+            }
+            _ => select(&|lane| self.shares_feature(lane, (one, edges), self.ids(lane).1)),
+        }
     }
 
     /// Returns which of two triangles, the lane's own or the one in a slot, comes first on the
@@ -132,7 +137,7 @@ impl DecidedLanes {
     #[inline(always)]
     pub(super) fn of(undecided: u32, pairs: &impl LanePairs) -> Self {
         if undecided.count_ones() < SEVERAL {
-            return Self { lanes: 0, decisions: [PairDecision::Undecided; 16] };
+            return Self { lanes: 0, decisions: [PairDecision::Miss; 16] };
         }
         Self { lanes: undecided, decisions: pairs.decide_lanes(undecided) }
     }

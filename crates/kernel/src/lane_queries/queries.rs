@@ -456,7 +456,6 @@ fn all_hits<F: Lanes<Scalar = f32>, const N: usize>(
             Some(PairDecision::Miss) => None,
             Some(PairDecision::Hit { .. }) => Some(pairs.t(lane)),
             Some(PairDecision::HitAt(t)) => Some(t),
-            Some(PairDecision::Undecided) => pairs.hit_undecided(lane),
             None => pairs.hit(lane),
         };
         if let Some(t) = t {

@@ -6,6 +6,7 @@ use core::cmp::Ordering;
 
 use crate::exact::{self, Rule, decide, hits64, is_plain};
 use crate::packet::RayLanes;
+use crate::resolve::sort_hits;
 use crate::simd::{Level, Mask, Simd, Vec3, WithSimd, lanes_of};
 use crate::{Hit, Ray64, Triangle64};
 
@@ -74,12 +75,8 @@ pub(super) fn all(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray6
     });
     let mut hits = alloc::vec![Hit::MISS; pairs.len()];
     hits64(level, &pairs, &mut hits);
-    hits.sort_unstable_by(|a, b| {
-        let [at, bt] = [a, b].map(|hit| &triangles[hit.triangle as usize]);
-        (a.t.total_cmp(&b.t))
-            .then_with(|| exact::order(ray, at, bt))
-            .then(a.triangle.cmp(&b.triangle))
-    });
+    let found = |hit: &Hit| &triangles[hit.triangle as usize];
+    sort_hits(&mut hits, |hit| hit, |a, b| exact::order(ray, found(a), found(b)));
     hits
 }
 

@@ -7,6 +7,7 @@ use super::blocks::Blocks;
 use super::rows::Rows;
 use crate::filter::{Counts, Filter, Rays, Verdicts};
 use crate::lane_queries::{ClosestHit, LanePairs, RayOnRow};
+use crate::resolve::sort_hits;
 use crate::simd::{Lanes, Mask, Simd, WithSimd, lanes_of};
 use crate::{Crossings, Hit, LeafSlot, Ray, RayId, Triangle, TriangleId};
 
@@ -26,11 +27,14 @@ pub(super) fn all(filter: Filter<'_>, rows: Rows<'_>, ray: &Ray) -> Vec<Hit> {
     // themselves.
     let mut hits = filter.level().run(All { filter, rows, ray });
     let found = |hit: &Hit| rows.triangle(LeafSlot(hit.triangle));
-    hits.sort_unstable_by(|a, b| {
-        let [slot_a, slot_b] = [a, b].map(|hit| LeafSlot(hit.triangle));
-        let (a, b) = ((a, &found(a), slot_a), (b, &found(b), slot_b));
-        filter.resolver().first((ray, RayId(0)), a, b)
-    });
+    sort_hits(
+        &mut hits,
+        |hit| hit,
+        |a, b| {
+            let slots = [LeafSlot(a.triangle), LeafSlot(b.triangle)];
+            filter.resolver().order(ray, [&found(a), &found(b)], (RayId(0), slots))
+        },
+    );
     hits
 }
 
@@ -255,6 +259,7 @@ mod tests {
         type F64x4 = S::F64x4;
         type F64x8 = S::F64x8;
         type I64x8 = S::I64x8;
+        type WideInts = S::WideInts;
         type F32s = f32;
         type F64s = f64;
         const LEVEL: Level = S::LEVEL;

@@ -69,9 +69,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Decides a pair in f64, if an error bound suffices. This is much faster than
-    /// [`Resolver::hit`], which computes t exactly. The document's resolver decides nothing
-    /// here, because its operations are fast.
+    /// Decides a pair. This is much faster than [`Resolver::hit`], which computes t exactly.
     #[cold]
     #[inline(never)]
     pub fn decide(
@@ -81,42 +79,11 @@ impl<'a> Resolver<'a> {
         (id, slot): (RayId, LeafSlot),
     ) -> PairDecision {
         match self {
-            Self::Document(_) => PairDecision::Undecided,
+            Self::Document(threshold) => document::hit(ray, triangle, threshold)
+                .map_or(PairDecision::Miss, PairDecision::HitAt),
             Self::Exact(rule) => crate::exact::decide_pair(rule, ray, triangle),
             Self::Originals(originals) => originals.decide(id, slot),
         }
-    }
-
-    /// Returns whether the ray hits the triangle within its interval, for a pair that
-    /// [`Resolver::decide`] has left undecided.
-    #[cold]
-    #[inline(never)]
-    pub fn meets_undecided(
-        self,
-        ray: &Ray,
-        triangle: &Triangle,
-        (id, slot): (RayId, LeafSlot),
-    ) -> bool {
-        match self {
-            Self::Document(threshold) => document::hit(ray, triangle, threshold).is_some(),
-            Self::Exact(rule) => crate::exact::hit_undecided(rule, ray, triangle),
-            Self::Originals(originals) => originals.meets_undecided(id, slot),
-        }
-    }
-
-    /// Returns the t of the hit, rounded to f64, for a pair that [`Resolver::decide`] has left
-    /// undecided, if the ray hits the triangle within its interval.
-    #[inline]
-    pub fn hit_undecided(
-        self,
-        ray: &Ray,
-        triangle: &Triangle,
-        ids: (RayId, LeafSlot),
-    ) -> Option<f64> {
-        if let Self::Document(threshold) = self {
-            return document::hit(ray, triangle, threshold);
-        }
-        self.meets_undecided(ray, triangle, ids).then(|| self.t(ray, triangle, ids))
     }
 
     /// Returns whether the ray hits the triangle within its interval. This is faster than
@@ -124,11 +91,7 @@ impl<'a> Resolver<'a> {
     #[cold]
     #[inline(never)]
     pub fn meets(self, ray: &Ray, triangle: &Triangle, ids: (RayId, LeafSlot)) -> bool {
-        match self.decide(ray, triangle, ids) {
-            PairDecision::Miss => false,
-            PairDecision::Hit { .. } | PairDecision::HitAt(_) => true,
-            PairDecision::Undecided => self.meets_undecided(ray, triangle, ids),
-        }
+        self.decide(ray, triangle, ids) != PairDecision::Miss
     }
 
     /// Returns the t of the hit, rounded to f64, if the ray hits the triangle within its interval.
@@ -139,7 +102,6 @@ impl<'a> Resolver<'a> {
             PairDecision::Miss => None,
             PairDecision::Hit { .. } => Some(self.t(ray, triangle, ids)),
             PairDecision::HitAt(t) => Some(t),
-            PairDecision::Undecided => self.hit_undecided(ray, triangle, ids),
         }
     }
 
@@ -271,20 +233,6 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Returns which of two hits of a ray comes first: by t and, if the values of t are equal, by
-    /// the index.
-    #[inline]
-    pub fn first(
-        self,
-        (ray, id): (&Ray, RayId),
-        (a, at, one): (&Hit, &Triangle, LeafSlot),
-        (b, bt, other): (&Hit, &Triangle, LeafSlot),
-    ) -> Ordering {
-        (a.t.total_cmp(&b.t))
-            .then_with(|| self.order(ray, [at, bt], (id, [one, other])))
-            .then(a.triangle.cmp(&b.triangle))
-    }
-
     /// Computes the values of a triangle that rays from one origin share. They determine which of
     /// two triangles comes first.
     #[inline(always)]
@@ -386,5 +334,34 @@ impl<'a> Resolver<'a> {
                 Self::Document(_) => pairs.hits_in::<S>().map(Hit32::from),
             },
         )
+    }
+}
+
+/// Sorts the hits of a ray by t, and those with the same t by index. `order` returns which of two hits
+/// comes first if both values of t round to the same f64.
+///
+/// ```
+/// use core::cmp::Ordering;
+/// use intertri::Hit;
+/// use intertri::internal::sort_hits;
+/// let mut hits = [(2.0, 0), (1.0, 3), (1.0, 1), (1.0, 2)]
+///     .map(|(t, triangle)| Hit { t, u: 0.0, v: 0.0, triangle, geometry: 0 });
+/// // The exact t of triangle 3 is a little smaller than the others.
+/// let order = |a: &Hit, b: &Hit| (a.triangle != 3).cmp(&(b.triangle != 3));
+/// sort_hits(&mut hits, |hit| hit, order);
+/// assert_eq!(hits.map(|hit| hit.triangle), [3, 1, 2, 0]);
+/// ```
+#[inline]
+pub fn sort_hits<T>(hits: &mut [T], hit: impl Fn(&T) -> &Hit, order: impl Fn(&T, &T) -> Ordering) {
+    hits.sort_unstable_by(|a, b| {
+        let (a, b) = (hit(a), hit(b));
+        a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle))
+    });
+    for tied in hits.chunk_by_mut(|a, b| hit(a).t == hit(b).t) {
+        // Exact values nearly always are equal if rounded ones are: where triangles meet. The hits are
+        // then in order already, which neighbours tell.
+        if !tied.is_sorted_by(|a, b| order(a, b).is_le()) {
+            tied.sort_unstable_by(|a, b| order(a, b).then(hit(a).triangle.cmp(&hit(b).triangle)));
+        }
     }
 }

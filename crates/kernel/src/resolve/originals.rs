@@ -13,20 +13,15 @@ use crate::{Hit, Hit32, LeafSlot, Ray64, RayId};
 /// In units of the traversal, t is measured along the copied ray: it is the original t times `2^n`,
 /// where n depends on the ray.
 pub trait Originals: fmt::Debug + Sync {
-    /// Decides a pair in f64, if an error bound suffices. The bounds on t are in units of the
-    /// traversal.
+    /// Decides a pair. The bounds on t are in units of the traversal.
     fn decide(&self, ray: RayId, slot: LeafSlot) -> PairDecision;
 
     /// Returns the rule of the query, which determines which triangles own an edge.
     fn rule(&self) -> Rule;
 
-    /// Like [`Originals::decide`], but under any rule, for up to eight pairs, and also with 64-bit
-    /// integers. The other elements are meaningless.
-    fn decide_eight(&self, rule: Rule, pairs: &[(RayId, LeafSlot)]) -> [PairDecision; 8];
-
-    /// Returns whether the ray hits the triangle within its interval, for a pair that
-    /// [`Originals::decide`] has left undecided.
-    fn meets_undecided(&self, ray: RayId, slot: LeafSlot) -> bool;
+    /// Like [`Originals::decide`], but under any rule, and for up to eight pairs. A few of them may stay
+    /// undecided. The other elements are meaningless.
+    fn decide_eight(&self, rule: Rule, pairs: &[(RayId, LeafSlot)]) -> [Option<PairDecision>; 8];
 
     /// Returns the t of a hit in units of the traversal, correctly rounded. The ray must be known
     /// to hit the triangle.

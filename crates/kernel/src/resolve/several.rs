@@ -14,79 +14,74 @@ type Pair = (Ray, Triangle, (RayId, LeafSlot));
 
 impl Resolver<'_> {
     /// Decides the pairs in up to sixteen lanes like [`Resolver::decide`], but several of them side
-    /// by side, and then also with 64-bit integers where f64 does not suffice, or with the operations
-    /// of document A.
+    /// by side. The other lanes are misses.
     #[cold]
     #[inline(never)]
     pub fn decide_lanes(self, lanes: u32, pair: impl Fn(usize) -> Pair) -> [PairDecision; 16] {
-        if lanes.count_ones() >= SEVERAL {
-            return match self {
-                Self::Document(threshold) => decide_eights(
-                    lanes,
-                    #[inline(always)]
-                    |eight| by_document(threshold, eight, &pair),
-                ),
-                Self::Exact(rule) => self.decide_several(rule, lanes, pair),
-                Self::Originals(originals) => self.decide_several(originals.rule(), lanes, pair),
-            };
-        }
-        let mut decisions = [PairDecision::Undecided; 16];
-        for lane in lanes_of(lanes) {
-            let (ray, triangle, ids) = pair(lane);
-            decisions[lane] = self.decide(&ray, &triangle, ids);
-        }
+        let mut decisions = [PairDecision::Miss; 16];
+        let rule = match self {
+            Self::Document(_) => Rule::Closed,
+            Self::Exact(rule) => rule,
+            Self::Originals(originals) => originals.rule(),
+        };
+        self.decide_each(
+            (rule, lanes),
+            &pair,
+            #[inline(always)]
+            |lane, decision| {
+                decisions[lane] = decision.unwrap_or_else(|| {
+                    let (ray, triangle, ids) = pair(lane);
+                    self.decide(&ray, &triangle, ids)
+                });
+            },
+        );
         decisions
     }
 
-    /// Decides the pairs in up to sixteen lanes under the given rule, eight at a time.
+    /// Decides the pairs in up to sixteen lanes under a rule, if there are several, and passes on the
+    /// decision about each, or `None` if it must be decided alone. The document has no rule.
     #[inline(always)]
-    fn decide_several(
+    fn decide_each(
         self,
-        rule: Rule,
-        lanes: u32,
-        pair: impl Fn(usize) -> Pair,
-    ) -> [PairDecision; 16] {
-        decide_eights(
-            lanes,
-            #[inline(always)]
-            |eight| {
-                let Self::Originals(originals) = self else {
-                    // Decisions hardly depend on the level, and answers do not depend on it.
-                    return eight_pairs(eight, &pair).decide(Level::best(), rule);
-                };
-                let mut ids = [(RayId(0), LeafSlot(0)); 8];
-                for (ids, &lane) in ids.iter_mut().zip(eight) {
-                    *ids = pair(lane).2;
+        (rule, lanes): (Rule, u32),
+        pair: &impl Fn(usize) -> Pair,
+        mut pass: impl FnMut(usize, Option<PairDecision>),
+    ) {
+        if lanes.count_ones() < SEVERAL {
+            return lanes_of(lanes).for_each(|lane| pass(lane, None));
+        }
+        let mut rest = lanes;
+        while rest != 0 {
+            let (mut eight, mut count) = ([0; 8], 0);
+            for lane in lanes_of(rest).take(8) {
+                eight[count] = lane;
+                count += 1;
+                rest &= rest - 1;
+            }
+            let eight = &eight[..count];
+            let decisions = match self {
+                Self::Document(threshold) => by_document(threshold, eight, pair).map(Some),
+                // Decisions hardly depend on the level, and answers do not depend on it.
+                Self::Exact(_) => eight_pairs(eight, pair).decide(Level::best(), rule),
+                Self::Originals(originals) => {
+                    let mut ids = [(RayId(0), LeafSlot(0)); 8];
+                    for (ids, &lane) in ids.iter_mut().zip(eight) {
+                        *ids = pair(lane).2;
+                    }
+                    originals.decide_eight(rule, &ids[..count])
                 }
-                originals.decide_eight(rule, &ids[..eight.len()])
-            },
-        )
+            };
+            for (&lane, decision) in eight.iter().zip(decisions) {
+                pass(lane, decision);
+            }
+        }
     }
 
     /// Returns the lanes whose rays hit their triangles within the interval.
     #[inline(always)]
     pub fn meeting(self, lanes: u32, pair: impl Fn(usize) -> Pair) -> u32 {
-        let mut hits = 0;
-        if lanes.count_ones() < SEVERAL {
-            for lane in lanes_of(lanes) {
-                let (ray, triangle, ids) = pair(lane);
-                hits |= u32::from(self.meets(&ray, &triangle, ids)) << lane;
-            }
-            return hits;
-        }
-        let decisions = self.decide_lanes(lanes, &pair);
-        for lane in lanes_of(lanes) {
-            let meets = match decisions[lane] {
-                PairDecision::Miss => false,
-                PairDecision::Hit { .. } | PairDecision::HitAt(_) => true,
-                PairDecision::Undecided => {
-                    let (ray, triangle, ids) = pair(lane);
-                    self.meets_undecided(&ray, &triangle, ids)
-                }
-            };
-            hits |= u32::from(meets) << lane;
-        }
-        hits
+        let decisions = self.decide_lanes(lanes, pair);
+        (0..16).map(|lane| u32::from(decisions[lane] != PairDecision::Miss) << lane).sum()
     }
 
     /// Returns the lanes whose rays cross their triangles under the *once* rule, as in
@@ -94,44 +89,21 @@ impl Resolver<'_> {
     #[cold]
     #[inline(never)]
     pub fn crossings(self, lanes: u32, pair: impl Fn(usize) -> Pair) -> [u32; 2] {
-        let mut decisions = [PairDecision::Undecided; 16];
-        if lanes.count_ones() >= SEVERAL {
-            decisions = self.decide_several(Rule::Once, lanes, &pair);
-        }
         let [mut crossed, mut leaving] = [0; 2];
-        for lane in lanes_of(lanes) {
+        // The document has no rule for shared edges, so its modes also count crossings by exact signs.
+        let exact = if let Self::Document(_) = self { Self::Exact(Rule::Once) } else { self };
+        exact.decide_each((Rule::Once, lanes), &pair, |lane, decision| {
             let (ray, triangle, ids) = pair(lane);
-            let side = match decisions[lane] {
-                PairDecision::Miss => None,
-                PairDecision::Hit { .. } | PairDecision::HitAt(_) => {
-                    self.facing(&ray, &triangle, ids)
-                }
-                PairDecision::Undecided => self.crossing(&ray, &triangle, ids),
+            let side = match decision {
+                Some(PairDecision::Miss) => None,
+                Some(_) => self.facing(&ray, &triangle, ids),
+                None => self.crossing(&ray, &triangle, ids),
             };
             crossed |= u32::from(side.is_some()) << lane;
             leaving |= u32::from(side == Some(Side::Leaves)) << lane;
-        }
+        });
         [crossed, leaving]
     }
-}
-
-/// Decides the pairs in up to sixteen lanes, given a function that decides up to eight lanes.
-#[inline(always)]
-fn decide_eights(lanes: u32, decide: impl Fn(&[usize]) -> [PairDecision; 8]) -> [PairDecision; 16] {
-    let mut decisions = [PairDecision::Undecided; 16];
-    let mut rest = lanes;
-    while rest != 0 {
-        let (mut eight, mut count) = ([0; 8], 0);
-        for lane in lanes_of(rest).take(8) {
-            eight[count] = lane;
-            count += 1;
-            rest &= rest - 1;
-        }
-        for (&lane, decision) in eight[..count].iter().zip(decide(&eight[..count])) {
-            decisions[lane] = decision;
-        }
-    }
-    decisions
 }
 
 /// Gathers the pairs in up to eight lanes.

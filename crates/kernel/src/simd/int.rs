@@ -1,36 +1,38 @@
-//! Lanes of i64 integers, for intersection tests without rounding.
+//! Lanes of integers that wrap, for intersection tests without rounding.
 
 use core::ops::{Add, Sub};
 
 use super::pair::Pair;
 
-/// N i64 integers in lanes. `+`, `-`, and products wrap, as they do on the CPU.
+/// N integers in lanes. `+`, `-`, and products wrap, as they do on the CPU: they are computed modulo
+/// 2^[`BITS`](Ints::BITS).
 ///
 /// A mask is a plain integer here: bit i stands for lane i.
 ///
 /// ```
 /// use intertri::simd::{Ints, Simd, WithSimd, dispatch};
 ///
-/// /// Computes `3 x - 2^40` and the lanes in which a result is negative or 0.
+/// /// Returns the lanes in which `4 x - 2^40` is negative, and those in which it is 0.
 /// struct Line([i64; 8]);
 /// impl WithSimd for Line {
-///     type Output = ([i64; 8], u32, u32);
+///     type Output = [u32; 2];
 ///     #[inline(always)]
-///     fn run<S: Simd>(self) -> Self::Output {
+///     fn run<S: Simd>(self) -> [u32; 2] {
+///         assert!(S::I64x8::BITS == 64 && [64, 128].contains(&S::WideInts::BITS));
 ///         let x = S::I64x8::load(&self.0);
-///         let y = x.times(S::I64x8::splat(3)) - S::I64x8::splat(1 << 40);
-///         let mut lanes = [0; 8];
-///         (y + S::I64x8::splat(0)).store(&mut lanes);
-///         (lanes, y.negative(), (y - y).zero())
+///         let y = x.times(S::I64x8::splat(3)) + x - S::I64x8::shifted(&[1; 8], &[40; 8]);
+///         [y.negative(), y.zero()]
 ///     }
 /// }
-/// let (lanes, negative, zero) = dispatch(Line([0, 1, -7, 9, 1 << 39, 0, 0, 0]));
-/// assert_eq!(lanes[..5], [0, 3, -21, 27, 3 << 39].map(|x: i64| x - (1 << 40)));
-/// assert_eq!((negative, zero), (0b1110_1111, 0b1111_1111));
+/// let lanes = dispatch(Line([0, 1, -7, 9, 1 << 38, 1 << 39, i64::MAX, i64::MIN]));
+/// // The last two wrap.
+/// assert_eq!(lanes, [0b1100_1111, 0b0001_0000]);
 /// ```
 pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
     /// The number of lanes.
     const N: usize;
+    /// The number of binary digits of each integer.
+    const BITS: u32;
 
     /// Copies a value to every lane.
     fn splat(x: i64) -> Self;
@@ -39,13 +41,14 @@ pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
     /// # Panics
     /// Panics if the slice is shorter than N.
     fn load(from: &[i64]) -> Self;
-    /// Writes the lanes to the first N elements of a slice.
+    /// Loads the first N integers of a slice, and multiplies each by 2 to the power of an exponent,
+    /// which must not be negative unless the integer is 0.
     ///
     /// # Panics
-    /// Panics if the slice is shorter than N.
-    fn store(self, to: &mut [i64]);
+    /// Panics if a slice is shorter than N.
+    fn shifted(from: &[i64], exponents: &[i64]) -> Self;
 
-    /// Returns the lower 64 bits of the product.
+    /// Returns the lower digits of the product.
     fn times(self, b: Self) -> Self;
 
     /// Returns the lanes that are negative.
@@ -56,6 +59,7 @@ pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
 
 impl<L: Ints> Ints for Pair<L> {
     const N: usize = 2 * L::N;
+    const BITS: u32 = L::BITS;
 
     #[inline(always)]
     fn splat(x: i64) -> Self {
@@ -66,9 +70,9 @@ impl<L: Ints> Ints for Pair<L> {
         Self(L::load(from), L::load(&from[L::N..]))
     }
     #[inline(always)]
-    fn store(self, to: &mut [i64]) {
-        self.0.store(to);
-        self.1.store(&mut to[L::N..]);
+    fn shifted(from: &[i64], exponents: &[i64]) -> Self {
+        let last = L::shifted(&from[L::N..], &exponents[L::N..]);
+        Self(L::shifted(from, exponents), last)
     }
     #[inline(always)]
     fn times(self, b: Self) -> Self {
@@ -86,6 +90,7 @@ impl<L: Ints> Ints for Pair<L> {
 
 impl Ints for ::wide::i64x8 {
     const N: usize = 8;
+    const BITS: u32 = 64;
 
     #[inline(always)]
     fn splat(x: i64) -> Self {
@@ -96,8 +101,8 @@ impl Ints for ::wide::i64x8 {
         Self::new(from[..8].try_into().expect("the slice has N elements"))
     }
     #[inline(always)]
-    fn store(self, to: &mut [i64]) {
-        to[..8].copy_from_slice(&self.to_array());
+    fn shifted(from: &[i64], exponents: &[i64]) -> Self {
+        Self::load(&shifted::<8>(from, exponents))
     }
     #[inline(always)]
     fn times(self, b: Self) -> Self {
@@ -111,4 +116,15 @@ impl Ints for ::wide::i64x8 {
     fn zero(self) -> u32 {
         self.simd_eq(Self::new([0; 8])).to_bitmask()
     }
+}
+
+/// Multiplies N integers by powers of two, modulo 2^64.
+#[inline(always)]
+pub(super) fn shifted<const N: usize>(from: &[i64], exponents: &[i64]) -> [i64; N] {
+    let (from, exponents) = (&from[..N], &exponents[..N]);
+    let mut lanes = [0; N];
+    for (lane, (x, exponent)) in lanes.iter_mut().zip(from.iter().zip(exponents)) {
+        *lane = x.checked_shl(*exponent as u32).unwrap_or(0);
+    }
+    lanes
 }

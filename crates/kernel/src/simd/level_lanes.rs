@@ -36,6 +36,9 @@ pub trait Simd: Copy {
     type F64x8: Lanes<Scalar = f64>;
     /// Eight i64 lanes.
     type I64x8: Ints;
+    /// Eight lanes of the widest integers that are worthwhile in lanes: 128 bits with AVX-512, otherwise
+    /// those of [`Simd::I64x8`].
+    type WideInts: Ints;
     /// As many f32 lanes as fit in one register.
     type F32s: Lanes<Scalar = f32>;
     /// As many f64 lanes as [`Simd::F32s`] has f32 lanes.

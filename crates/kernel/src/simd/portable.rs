@@ -192,6 +192,7 @@ impl Simd for Baseline {
     type F64x4 = V<::wide::f64x4>;
     type F64x8 = V<::wide::f64x8>;
     type I64x8 = ::wide::i64x8;
+    type WideInts = Self::I64x8;
     type F32s = registers::F32s;
     type F64s = registers::F64s;
     const LEVEL: Level = Level::PORTABLE;

@@ -181,11 +181,8 @@ fn check_i64<L: Ints>(level: Level) {
         let c: [i64; 16] = core::array::from_fn(|i| wide[(i + turn) % 16]);
         let (la, lb, lc) = (L::load(&a), L::load(&b), L::load(&c));
         let same = |lanes: L, plain: &dyn Fn(usize) -> i64| {
-            let mut out = [0; 16];
-            lanes.store(&mut out);
-            for (i, out) in out.into_iter().enumerate().take(L::N) {
-                assert_eq!(out, plain(i), "{level:?}");
-            }
+            let plain: [i64; 16] = core::array::from_fn(plain);
+            assert_eq!((lanes - L::load(&plain)).zero(), (1 << L::N) - 1, "{level:?}");
         };
         same(la + lc, &|i| a[i].wrapping_add(c[i]));
         same(la - lc, &|i| a[i].wrapping_sub(c[i]));
@@ -193,10 +190,53 @@ fn check_i64<L: Ints>(level: Level) {
         same((la + lc).times(lc), &|i| a[i].wrapping_add(c[i]).wrapping_mul(c[i]));
         same(lc.times(lc - lb), &|i| c[i].wrapping_mul(c[i].wrapping_sub(b[i])));
         same(L::splat(c[0]), &|_| c[0]);
+        let exponents: [i64; 16] = core::array::from_fn(|i| 9 * ((i + turn) % 16) as i64);
+        same(L::shifted(&c, &exponents), &|i| {
+            if exponents[i] < 64 { c[i] << exponents[i] } else { 0 }
+        });
         let bits =
             |plain: &dyn Fn(i64) -> bool| (0..L::N).fold(0, |m, i| m | (plain(c[i]) as u32) << i);
         assert_eq!(lc.negative(), bits(&|x| x < 0), "{level:?}");
         assert_eq!(lc.zero(), bits(&|x| x == 0), "{level:?}");
+    }
+}
+
+/// Compares lanes of 128-bit integers with wrapping i128 arithmetic.
+fn check_i128<L: Ints>(level: Level) {
+    let mut state = 1_u64;
+    let mut random = || {
+        state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+        // Short numbers and numbers of both signs.
+        (state as i64) >> (state >> 58)
+    };
+    for _ in 0..20_000 {
+        let (mut x, mut plain) = ([L::splat(0); 4], [[0_i128; 8]; 4]);
+        for (x, plain) in x.iter_mut().zip(&mut plain) {
+            let from: [i64; 8] = core::array::from_fn(|_| random());
+            let by: [i64; 8] = core::array::from_fn(|_| random() & 0xff);
+            *plain = core::array::from_fn(|i| {
+                i128::from(from[i]).checked_shl(by[i] as u32).unwrap_or(0)
+            });
+            *x = L::shifted(&from, &by);
+        }
+        let ([a, b, c, d], [pa, pb, pc, pd]) = (x, plain);
+        let all =
+            |plain: &dyn Fn(usize) -> bool| (0..8).fold(0, |m, i| m | u32::from(plain(i)) << i);
+        let product = a.times(b) - c.times(d) + c;
+        let of = |i: usize| {
+            let (one, other) = (pa[i].wrapping_mul(pb[i]), pc[i].wrapping_mul(pd[i]));
+            one.wrapping_sub(other).wrapping_add(pc[i])
+        };
+        // A number minus its upper half, moved up again, is its lower half: every digit is compared.
+        let split = |i: usize| [of(i) as i64, (of(i) >> 64) as i64];
+        let low: [i64; 8] = core::array::from_fn(|i| split(i)[0]);
+        let high: [i64; 8] = core::array::from_fn(|i| split(i)[1] + i64::from(low[i] < 0));
+        let rest = product - L::shifted(&high, &[64; 8]) - L::load(&low);
+        assert_eq!(rest.zero(), 0xff, "{level:?}");
+        assert_eq!(product.negative(), all(&|i| of(i) < 0), "{level:?}");
+        assert_eq!(product.zero(), all(&|i| of(i) == 0), "{level:?}");
+        assert_eq!((L::splat(low[0]) - L::load(&[low[0]; 8])).zero(), 0xff, "{level:?}");
+        assert_eq!(L::shifted(&[0; 8], &[-2000; 8]).zero(), 0xff, "{level:?}");
     }
 }
 
@@ -211,6 +251,9 @@ impl WithSimd for Check {
         check_f64::all::<S::F64x4>(S::LEVEL);
         check_f64::all::<S::F64x8>(S::LEVEL);
         check_i64::<S::I64x8>(S::LEVEL);
+        if S::WideInts::BITS == 128 {
+            check_i128::<S::WideInts>(S::LEVEL);
+        }
         check_f32::all::<f32>(S::LEVEL);
         check_f64::all::<f64>(S::LEVEL);
 

@@ -12,7 +12,7 @@
 //! sorted.
 
 use intertri::internal::exact::Side;
-use intertri::internal::{Pairs, Resolver};
+use intertri::internal::{Pairs, Resolver, sort_hits};
 use intertri::simd::{Simd, WithSimd};
 use intertri::{Crossing, Hit, LeafSlot, Ray, RayId};
 
@@ -303,7 +303,7 @@ fn sort<T: ListItem>(
             let (a, b) = (a.hit(), b.hit());
             a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle))
         });
-        // Determine the exact order only if rounded values of t are equal, which is rare.
+        // Most rays have no rounded values of t that are equal, so their slots are not needed.
         if items.windows(2).any(|pair| pair[0].hit().t == pair[1].hit().t) {
             sort_ties(tree, resolver, ray, slots, items);
         }
@@ -316,25 +316,22 @@ fn sort<T: ListItem>(
 fn sort_ties<T: ListItem>(
     tree: &Tree,
     resolver: Resolver<'_>,
-    ray: (&Ray, RayId),
+    (ray, id): (&Ray, RayId),
     slots: &mut [(LeafSlot, u32)],
     items: &mut [T],
 ) {
-    // Many triangles may coincide, so each comparison finds its triangles by bisection.
+    // Many triangles may have the same t, so each comparison finds its triangles by bisection.
     let index = |&(slot, _): &(LeafSlot, u32)| tree.index_of(slot).0;
     slots.sort_unstable_by_key(index);
-    let triangle = |hit: &Hit| {
+    let slot = |hit: &Hit| {
         let i = slots.binary_search_by_key(&hit.triangle, index);
-        let (slot, _) = slots[i.expect("each hit is in one of the slots")];
-        (tree.triangle_in(slot), slot)
+        slots[i.expect("each hit is in one of the slots")].0
     };
-    for tied in items.chunk_by_mut(|a, b| a.hit().t == b.hit().t).filter(|tied| tied.len() > 1) {
-        tied.sort_unstable_by(|a, b| {
-            let (a, b) = (a.hit(), b.hit());
-            let ((at, one), (bt, other)) = (triangle(a), triangle(b));
-            resolver.first(ray, (a, &at, one), (b, &bt, other))
-        });
-    }
+    sort_hits(items, T::hit, |a, b| {
+        let slots = [slot(a.hit()), slot(b.hit())];
+        let [a, b] = slots.map(|slot| tree.triangle_in(slot));
+        resolver.order(ray, [&a, &b], (id, slots))
+    });
 }
 
 /// Keeps at most `limit` items of each ray.

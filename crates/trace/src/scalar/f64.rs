@@ -352,7 +352,7 @@ impl Originals for CopiedRays<'_> {
         self.rule
     }
 
-    fn decide_eight(&self, rule: Rule, pairs: &[(RayId, LeafSlot)]) -> [PairDecision; 8] {
+    fn decide_eight(&self, rule: Rule, pairs: &[(RayId, LeafSlot)]) -> [Option<PairDecision>; 8] {
         let mut eight = EightPairs::new();
         for (lane, &(ray, slot)) in pairs.iter().enumerate() {
             let (ray, triangle) = self.pair(ray, slot);
@@ -360,14 +360,10 @@ impl Originals for CopiedRays<'_> {
         }
         let mut decisions = eight.decide(self.level, rule);
         for (decision, &(ray, slot)) in decisions.iter_mut().zip(pairs) {
-            *decision = self.in_units_of_copy(self.pair(ray, slot).0, *decision);
+            *decision =
+                decision.map(|decision| self.in_units_of_copy(self.pair(ray, slot).0, decision));
         }
         decisions
-    }
-
-    fn meets_undecided(&self, ray: RayId, slot: LeafSlot) -> bool {
-        let (ray, triangle) = self.pair(ray, slot);
-        exact::hit_undecided(self.rule, ray, triangle)
     }
 
     fn t(&self, ray: RayId, slot: LeafSlot) -> f64 {

@@ -4,6 +4,7 @@
 use std::marker::PhantomData;
 
 use intertri::internal::exact::Side;
+use intertri::internal::sort_hits;
 use intertri::{ClosestHit, Crossing, Filter, Hit, Hit32, LeafSlot, Ray, RayId};
 
 use super::HitFormat;
@@ -97,12 +98,14 @@ fn in_order(single: SingleRay<'_>) -> Vec<(Hit, LeafSlot)> {
         (resolver.hit_attributes(ray, &triangle, index, (id, slot)), slot)
     };
     let mut hits: Vec<_> = filter.level().run(All(single)).into_iter().map(hit).collect();
-    // Sort by exact t where the rounded values are equal, then by index. This is a total order, so
-    // an unstable sort is enough.
-    hits.sort_unstable_by(|(a, one), (b, other)| {
-        let [at, bt] = [one, other].map(|slot| tree.triangle_in(*slot));
-        resolver.first((ray, id), (a, &at, *one), (b, &bt, *other))
-    });
+    sort_hits(
+        &mut hits,
+        |(hit, _)| hit,
+        |&(_, one), &(_, other)| {
+            let [a, b] = [one, other].map(|slot| tree.triangle_in(slot));
+            resolver.order(ray, [&a, &b], (id, [one, other]))
+        },
+    );
     hits
 }
 

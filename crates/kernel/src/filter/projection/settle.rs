@@ -55,8 +55,7 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         )
     }
 
-    /// Decides the pairs in up to sixteen lanes, as far as that is possible without integers of any
-    /// width.
+    /// Decides the pairs in up to sixteen lanes.
     #[inline(always)]
     pub(super) fn decide(
         &self,
@@ -82,43 +81,30 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         other: Option<LeafSlot>,
         decision: PairDecision,
     ) -> Settled {
-        let (ids, triangle, one) = ((self.id(ray), slot), (self.find)(slot), &self.rays[ray]);
         match decision {
-            PairDecision::Miss => return Settled::Behind,
-            PairDecision::Hit { .. } | PairDecision::HitAt(_) if self.reversed => {
-                return Settled::Hit { t_lo: 0.0, t_hi: 0.0 };
-            }
+            PairDecision::Miss => Settled::Behind,
+            _ if self.reversed => Settled::Hit { t_lo: 0.0, t_hi: 0.0 },
             PairDecision::HitAt(t) => {
                 let (t_lo, t_hi) = f32_bounds(t);
-                return Settled::Hit { t_lo, t_hi };
+                Settled::Hit { t_lo, t_hi }
             }
             // Without an upper bound on t, no box behind the hit could be left out.
             PairDecision::Hit { t_hi: f32::INFINITY, .. } => {
-                let (t_lo, t_hi) = f32_bounds(self.resolver.t(one, &triangle, ids));
-                return Settled::Hit { t_lo, t_hi };
+                let ids = (self.id(ray), slot);
+                let t = self.resolver.t(&self.rays[ray], &(self.find)(slot), ids);
+                let (t_lo, t_hi) = f32_bounds(t);
+                Settled::Hit { t_lo, t_hi }
             }
-            PairDecision::Hit { t_lo, t_hi, .. } => return Settled::Hit { t_lo, t_hi },
-            PairDecision::Undecided => {}
+            PairDecision::Hit { t_lo, t_hi, edges } => match other {
+                // If the ray meets both triangles at an edge or a corner that they share, the lower
+                // index wins.
+                Some(other) if edges != 0 && self.shares_feature(ray, (slot, edges), other) => {
+                    let is_lower = (self.index)(slot) < (self.index)(other);
+                    if is_lower { Settled::Tie } else { Settled::Behind }
+                }
+                _ => Settled::Hit { t_lo, t_hi },
+            },
         }
-        // If both triangles have the same t, for example at a shared edge, the lower index wins.
-        if let Some(other) = other
-            && let Some(order) = self.known_order(ray, slot, other)
-            && order.is_ge()
-        {
-            let is_lower = (self.index)(slot) < (self.index)(other);
-            let wins =
-                order.is_eq() && is_lower && self.resolver.meets_undecided(one, &triangle, ids);
-            return if wins { Settled::Tie } else { Settled::Behind };
-        }
-        let t = if self.reversed {
-            self.resolver.meets_undecided(one, &triangle, ids).then_some(0.0)
-        } else {
-            self.resolver.hit_undecided(one, &triangle, ids)
-        };
-        t.map_or(Settled::Behind, |t| {
-            let (t_lo, t_hi) = f32_bounds(t);
-            Settled::Hit { t_lo, t_hi }
-        })
     }
 
     /// Returns whether one triangle comes after another on a ray, by t or by index, if their
@@ -135,6 +121,20 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         order.is_some_and(|order| {
             order.then_with(|| (self.index)(one).cmp(&(self.index)(other))).is_gt()
         })
+    }
+
+    /// Returns whether the corner or the edge on which a ray meets one triangle also belongs to another.
+    #[inline(always)]
+    fn shares_feature(&self, ray: usize, (one, edges): (LeafSlot, u8), other: LeafSlot) -> bool {
+        let pair = || [(self.find)(one), (self.find)(other)];
+        self.resolver.shares_feature(pair, edges, (self.id(ray), [one, other]))
+    }
+
+    /// Returns whether a triangle meets another one where a ray is known to hit that one, and has a
+    /// higher index. It then does not matter whether the ray hits it.
+    #[inline(always)]
+    pub(super) fn is_later_at(&self, ray: usize, met: (LeafSlot, u8), slot: LeafSlot) -> bool {
+        (self.index)(slot) > (self.index)(met.0) && self.shares_feature(ray, met, slot)
     }
 
     /// Returns which of two triangles a ray hits first, if that is known without an exact t.

@@ -28,11 +28,9 @@ impl LanePairs for FixedHits {
     fn find(&self, _: LeafSlot) -> Triangle {
         Triangle([[0.0; 3]; 3])
     }
-    fn decide(&self, _: usize) -> PairDecision {
-        PairDecision::Undecided
-    }
-    fn hit_undecided(&self, lane: usize) -> Option<f64> {
-        Some(self.1[lane]).filter(|&t| t < f64::from(self.0))
+    fn decide(&self, lane: usize) -> PairDecision {
+        let t = Some(self.1[lane]).filter(|&t| t < f64::from(self.0));
+        t.map_or(PairDecision::Miss, PairDecision::HitAt)
     }
     fn t(&self, lane: usize) -> f64 {
         self.1[lane]
@@ -49,7 +47,7 @@ impl LanePairs for FixedHits {
     fn known_order(&self, _: usize, _: LeafSlot) -> Option<Ordering> {
         None
     }
-    fn shares_feature(&self, _: usize, _: u8, _: LeafSlot) -> bool {
+    fn shares_feature(&self, _: usize, _: (LeafSlot, u8), _: LeafSlot) -> bool {
         false
     }
 }
@@ -90,7 +88,7 @@ impl LanePairs for Decided {
     fn decide(&self, _: usize) -> PairDecision {
         self.0
     }
-    fn shares_feature(&self, _: usize, _: u8, _: LeafSlot) -> bool {
+    fn shares_feature(&self, _: usize, _: (LeafSlot, u8), _: LeafSlot) -> bool {
         true
     }
     fn t(&self, lane: usize) -> f64 {

@@ -14,7 +14,7 @@ mod cpu;
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-use super::int::Ints;
+use super::int::{Ints, shifted};
 use super::lanes::{Lanes, Mask, mul_error};
 use super::level::Level;
 use super::level_lanes::Simd;
@@ -226,6 +226,7 @@ impl Sub for Integers {
 
 impl Ints for Integers {
     const N: usize = 4;
+    const BITS: u32 = 64;
 
     #[inline(always)]
     fn splat(x: i64) -> Self {
@@ -236,8 +237,8 @@ impl Ints for Integers {
         Self(cpu::integers::load(from.first_chunk().expect("the slice has N elements")))
     }
     #[inline(always)]
-    fn store(self, to: &mut [i64]) {
-        cpu::integers::store(self.0, to.first_chunk_mut().expect("the slice has N elements"));
+    fn shifted(from: &[i64], exponents: &[i64]) -> Self {
+        Self::load(&shifted::<4>(from, exponents))
     }
     #[inline(always)]
     fn times(self, b: Self) -> Self {
@@ -264,6 +265,7 @@ impl Simd for Baseline {
     type F64x4 = Pair<Doubles>;
     type F64x8 = Pair<Pair<Doubles>>;
     type I64x8 = Pair<Integers>;
+    type WideInts = Self::I64x8;
     // A 128-bit register holds four f32 values but only two f64 values. `F64s` is a pair, so both
     // types have one lane for each of four triangles.
     type F32s = Self::F32x4;

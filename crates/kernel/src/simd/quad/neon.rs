@@ -308,13 +308,6 @@ pub(super) mod integers {
         cpu!([vld1q_s64(from.as_ptr()), vld1q_s64(from[2..].as_ptr())])
     }
     #[inline(always)]
-    pub(crate) fn store(x: Regs, to: &mut [i64; 4]) {
-        cpu!({
-            vst1q_s64(to.as_mut_ptr(), x[0]);
-            vst1q_s64(to[2..].as_mut_ptr(), x[1]);
-        })
-    }
-    #[inline(always)]
     pub(crate) fn add(a: Regs, b: Regs) -> Regs {
         cpu!([vaddq_s64(a[0], b[0]), vaddq_s64(a[1], b[1])])
     }

@@ -263,15 +263,6 @@ pub(super) mod integers {
         // SAFETY: each load reads 128 bits of the array, with any alignment.
         unsafe { [v128_load(from.as_ptr().cast()), v128_load(from[2..].as_ptr().cast())] }
     }
-    #[allow(unsafe_code)]
-    #[inline(always)]
-    pub(crate) fn store(x: Regs, to: &mut [i64; 4]) {
-        // SAFETY: each store writes 128 bits of the array, with any alignment.
-        unsafe {
-            v128_store(to.as_mut_ptr().cast(), x[0]);
-            v128_store(to[2..].as_mut_ptr().cast(), x[1]);
-        }
-    }
     #[inline(always)]
     pub(crate) fn add(a: Regs, b: Regs) -> Regs {
         [i64x2_add(a[0], b[0]), i64x2_add(a[1], b[1])]

@@ -45,6 +45,7 @@ impl Simd for Avx2 {
     type F64x4 = Reg<__m256d>;
     type F64x8 = Pair<Reg<__m256d>>;
     type I64x8 = Pair<Reg<__m256i>>;
+    type WideInts = Self::I64x8;
     type F32s = Self::F32x8;
     type F64s = Self::F64x8;
     const LEVEL: Level = Level::AVX2;
@@ -98,6 +99,7 @@ impl Simd for Avx512 {
     type F64x4 = Reg<__m256d>;
     type F64x8 = Reg<__m512d>;
     type I64x8 = Reg<__m512i>;
+    type WideInts = int::Long;
     type F32s = Self::F32x16;
     type F64s = Pair<Self::F64x8>;
     const LEVEL: Level = Level::AVX512;

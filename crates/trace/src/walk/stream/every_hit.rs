@@ -83,17 +83,12 @@ impl HitCollector<'_> {
         };
         let decisions = resolver.decide_lanes(undecided, pair);
         for lane in lanes_of(undecided) {
-            let (ray, triangle, ids) = pair(lane);
             let t_hi = match decisions[lane] {
                 PairDecision::Miss => continue,
                 PairDecision::Hit { t_hi, .. } => t_hi,
+                // This must also be an upper bound on t, so that the new far end does not exclude this
+                // hit itself.
                 PairDecision::HitAt(t) => (t as f32).next_up(),
-                // Round up to get an upper bound on t, so that the new far end does not exclude
-                // this hit itself.
-                PairDecision::Undecided => match resolver.hit_undecided(&ray, &triangle, ids) {
-                    Some(t) => (t as f32).next_up(),
-                    None => continue,
-                },
             };
             pairs.push(self.id, LeafSlot((first + lane) as u32));
             if let Some(few) = &mut self.few {
