@@ -105,6 +105,7 @@ impl WithSimd for DecideEight<'_> {
     #[inline(always)]
     fn run<S: Simd>(self) -> [Option<PairDecision>; 8] {
         let Self { rows, rule } = self;
+        let is_f32 = matches!(rows, Rows::F32(_));
         let mut widened = [[0.0; 8]; 17];
         // No verdict is valid for a lane that is not plain.
         let (rows, plain) = match rows {
@@ -134,7 +135,9 @@ impl WithSimd for DecideEight<'_> {
                 }
                 let narrow = in_64_bits::<S>(rows);
                 let signs = narrow.add_signs((rule, open), corners, &rays, known, bounds);
-                if S::WideInts::BITS == S::I64x8::BITS {
+                // For f32, no measured model needs more than 64 bits, and in adversarial scenes this
+                // step costs more than it gains.
+                if S::WideInts::BITS == S::I64x8::BITS || is_f32 {
                     return Some(signs);
                 }
                 let decided = signs.decide();

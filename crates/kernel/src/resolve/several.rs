@@ -60,7 +60,7 @@ impl Resolver<'_> {
             }
             let eight = &eight[..count];
             let decisions = match self {
-                Self::Document(threshold) => by_document(threshold, eight, pair).map(Some),
+                Self::Document(threshold) => by_document(threshold, eight, pair),
                 // Decisions hardly depend on the level, and answers do not depend on it.
                 Self::Exact(_) => eight_pairs(eight, pair).decide(Level::best(), rule),
                 Self::Originals(originals) => {
@@ -123,7 +123,7 @@ fn by_document(
     threshold: f64,
     lanes: &[usize],
     pair: &impl Fn(usize) -> Pair,
-) -> [PairDecision; 8] {
+) -> [Option<PairDecision>; 8] {
     Level::best().run(ByDocument { pairs: &eight_pairs(lanes, pair), threshold })
 }
 
@@ -134,18 +134,18 @@ struct ByDocument<'a> {
 }
 
 impl WithSimd for ByDocument<'_> {
-    type Output = [PairDecision; 8];
+    type Output = [Option<PairDecision>; 8];
 
     #[inline(always)]
-    fn run<S: Simd>(self) -> [PairDecision; 8] {
+    fn run<S: Simd>(self) -> [Option<PairDecision>; 8] {
         let (corners, rays) = self.pairs.lanes_in::<S>();
         let (hit, t) = Tri::new(corners).hit(&rays, self.threshold);
         let (hit, mut lanes) = (hit.bits(), [0.0; 8]);
         t.store(&mut lanes);
-        let mut decisions = [PairDecision::Miss; 8];
+        let mut decisions = [Some(PairDecision::Miss); 8];
         for (lane, decision) in decisions.iter_mut().enumerate() {
             if hit >> lane & 1 != 0 {
-                *decision = PairDecision::HitAt(lanes[lane]);
+                *decision = Some(PairDecision::HitAt(lanes[lane]));
             }
         }
         decisions
@@ -187,7 +187,7 @@ mod tests {
                 for ((ray, triangle), decision) in each.iter().zip(decisions) {
                     let hit = document::hit(ray, triangle, threshold);
                     let expected = hit.map_or(PairDecision::Miss, PairDecision::HitAt);
-                    assert_eq!(decision, expected, "{threshold} {ray:?} {triangle:?}");
+                    assert_eq!(decision, Some(expected), "{threshold} {ray:?} {triangle:?}");
                     hits += usize::from(hit.is_some());
                 }
             }

@@ -6,7 +6,7 @@ use super::settle::Settle;
 use super::starts::Ranges;
 use crate::filter::Counts;
 use crate::simd::{Lanes, Mask, lanes_of};
-use crate::{LeafSlot, Triangle};
+use crate::{LeafSlot, RayId, Triangle};
 
 /// The nearest hit so far of each of N rays, as bounds on its inverse depth.
 ///
@@ -109,35 +109,23 @@ pub struct OpenPairs {
     pub(super) len: usize,
     /// Hits at edges. Rays that have the same remainder share an element.
     pub(super) met: [Met; PAIRS],
-    /// Whether there is any such hit, which is rare.
-    pub(super) has_met: bool,
 }
 
-/// The edges on which a ray is known to meet the triangle with this number, if not 0.
+/// The edges on which a ray is known to meet the triangle in a slot, if not 0.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Met {
-    pub(super) ray: u32,
-    pub(super) number: u32,
+    pub(super) ray: RayId,
+    pub(super) slot: LeafSlot,
     pub(super) edges: u8,
 }
 
 impl Default for OpenPairs {
     fn default() -> Self {
-        let met = [Met::default(); PAIRS];
-        Self { pairs: [OpenPair::default(); PAIRS], len: 0, met, has_met: false }
+        Self { pairs: [OpenPair::default(); PAIRS], len: 0, met: [Met::default(); PAIRS] }
     }
 }
 
 impl OpenPairs {
-    /// Prepares for another bundle, whose rays and triangles have other numbers.
-    #[inline]
-    pub fn clear(&mut self) {
-        if self.has_met {
-            (self.met, self.has_met) = ([Met::default(); PAIRS], false);
-        }
-        self.len = 0;
-    }
-
     /// Returns whether there are no pairs.
     #[inline(always)]
     pub fn is_empty(&self) -> bool {

@@ -6,7 +6,7 @@ use super::nearest::{Met, Nearest, OpenPair, OpenPairs, TOGETHER};
 use super::settle::{Settle, Settled};
 use crate::exact::PairDecision;
 use crate::simd::Lanes;
-use crate::{LeafSlot, Triangle};
+use crate::{LeafSlot, RayId, Triangle};
 
 impl OpenPairs {
     /// Settles all pairs, stores the hits that are nearer than the nearest hits so far, and removes the
@@ -75,8 +75,7 @@ impl OpenPairs {
                 }
                 nearest[ray / N].set(ray % N, bounds, number);
                 if let PairDecision::Hit { edges: edges @ 1.., .. } = decisions[i] {
-                    self.met[ray % self.met.len()] = Met { ray: ray as u32, number, edges };
-                    self.has_met = true;
+                    self.met[ray % self.met.len()] = Met { ray: settle.id(ray), slot: one, edges };
                 }
             }
         }
@@ -110,7 +109,7 @@ impl OpenPairs {
             let comes_later = || {
                 let (one, nearest) = (slot(number), slot(other));
                 settle.is_behind_by_coordinates(ray, one, nearest)
-                    || (self.edges_met(ray, other))
+                    || (self.edges_met(ray, settle.id(ray), nearest))
                         .is_some_and(|edges| settle.is_later_at(ray, (nearest, edges), one))
             };
             let is_behind = is_hit && (any || bounds.is_none() && comes_later());
@@ -121,10 +120,11 @@ impl OpenPairs {
         (behind, undecided)
     }
 
-    /// Returns the edges on which a ray is known to meet the triangle with this number, if any.
+    /// Returns the edges on which a ray, given by its index in the bundle and its id, is known to meet the
+    /// triangle in a slot, if any.
     #[inline(always)]
-    fn edges_met(&self, ray: usize, number: u32) -> Option<u8> {
+    fn edges_met(&self, ray: usize, id: RayId, slot: LeafSlot) -> Option<u8> {
         let met = &self.met[ray % self.met.len()];
-        (met.edges != 0 && (met.ray, met.number) == (ray as u32, number)).then_some(met.edges)
+        (met.edges != 0 && (met.ray, met.slot) == (id, slot)).then_some(met.edges)
     }
 }

@@ -40,7 +40,7 @@ pub struct Settle<'a, T, I> {
 
 impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
     #[inline(always)]
-    fn id(&self, ray: usize) -> RayId {
+    pub(super) fn id(&self, ray: usize) -> RayId {
         RayId(self.first.0 + ray as u32)
     }
 

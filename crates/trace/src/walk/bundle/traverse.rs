@@ -105,7 +105,6 @@ impl Bundle<'_> {
             return Outcome::Traced { left: 0, work: 0 };
         }
 
-        open.clear();
         let (find, index) = (|slot| tree.triangle_in(slot), |slot| tree.index_of(slot).0);
         let (resolver, reversed) = (filter.resolver(), rays.common.is_reversed());
         let (first, rays) = (rays.first, rays.rays);
