@@ -2,8 +2,9 @@
 
 use std::fmt;
 use std::io::{self, Write};
+use std::panic::{self, PanicHookInfo};
 use std::path::Path;
-use std::process::ExitCode;
+use std::process::{self, ExitCode};
 
 use clap::error::ErrorKind;
 
@@ -79,6 +80,29 @@ from!(
     intertri_trace::OutOfMemory,
     intertri_trace::SceneError
 );
+
+/// Makes every panic print one line, without a backtrace.
+///
+/// The standard library's own message can hang: if `RUST_BACKTRACE` is set, it holds a lock while
+/// it prints a backtrace, and if memory runs out during that, reporting it waits for the same lock.
+pub(crate) fn report_panics_in_one_line() {
+    panic::set_hook(Box::new(|panic| {
+        let message = panic_message(panic);
+        // A new thread panics before it runs anything if no memory is left for its signal stack.
+        // That panic cannot be caught, so the run ends here.
+        if message.contains("alternative stack") {
+            Error::no_thread(message).tell();
+            process::exit(1);
+        }
+        let place = panic.location().map_or_else(String::new, |at| format!(" at {at}"));
+        note(&format!("internal error{place}: {message}; please report it"));
+    }));
+}
+
+fn panic_message<'a>(panic: &'a PanicHookInfo<'_>) -> &'a str {
+    let message = panic.payload().downcast_ref::<&str>().copied();
+    message.or_else(|| panic.payload().downcast_ref::<String>().map(String::as_str)).unwrap_or("?")
+}
 
 /// Prints a command-line error, or the requested help.
 pub(crate) fn command_line(error: &clap::Error) -> ExitCode {

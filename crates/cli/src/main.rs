@@ -42,6 +42,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    error::report_panics_in_one_line();
     let command = match CommandLine::try_parse() {
         Ok(line) => line.command,
         Err(error) => {

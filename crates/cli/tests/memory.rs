@@ -34,10 +34,11 @@ fn sheet(place: &TestFolder, name: &str, cells: u32) {
     }
 }
 
-/// Runs the program with a limit on its address space, in kilobytes.
+/// Runs the program with a limit on its address space, in kilobytes. If it hangs, the exit code is
+/// 124 after a minute. A backtrace is requested, because it may need memory that is not there.
 fn within(place: &TestFolder, kilobytes: u32, arguments: &str) -> Output {
-    let mut shell = Command::new("sh");
-    shell.current_dir(place.path("")).arg("-c");
+    let mut shell = Command::new("timeout");
+    shell.current_dir(place.path("")).args(["60", "sh", "-c"]).env("RUST_BACKTRACE", "1");
     shell.arg(format!("ulimit -v {kilobytes} && exec \"$0\" {arguments}"));
     shell.arg(env!("CARGO_BIN_EXE_intertri")).output().unwrap()
 }
@@ -150,6 +151,26 @@ fn one_ray_that_hits_everything_ends_in_one_line() {
         }
         let known = |e: &&String| e.contains("the answers of ray ") || e.contains("for the hits");
         assert!(told.iter().filter(known).count() > 2, "{line}: {told:?}");
+    }
+}
+
+/// Steps through the limits at which threads start but find too little memory, a few pages at a
+/// time, because the range where a new thread finds no memory for its signal stack is narrow.
+#[test]
+fn no_limit_makes_the_program_hang() {
+    let place = TestFolder::new();
+    place.put("m.obj", MODEL).put("rays.csv", "ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n");
+    let line = "trace m.obj --rays rays.csv -o a.csv";
+    let starts = |&limit: &u32| {
+        let output = within(&place, limit, line);
+        output.status.success() || String::from_utf8_lossy(&output.stderr).contains("a thread")
+    };
+    let least = (10_000..).step_by(1000).find(starts).unwrap();
+    for limit in (least..400_000).step_by(8) {
+        match within(&place, limit, line).status.code() {
+            Some(0) => break,
+            code => assert_eq!(code, Some(1), "{limit} KB"),
+        }
     }
 }
 
