@@ -3,7 +3,7 @@
 use super::float::{self, Decided};
 use super::input::is_plain;
 use crate::packet::RayLanes;
-use crate::simd::{Mask, Vec3};
+use crate::simd::{Lanes, Mask, Vec3};
 use crate::{RayOf, Scalar, TriangleOf};
 
 /// The rule that determines which triangles own a shared edge or corner.
@@ -114,14 +114,31 @@ impl PairDecision {
     /// A hit whose t has these bounds, as computed by [`float::decide_with_t`].
     #[inline(always)]
     pub(super) fn hit_within(lo: f64, hi: f64, edges: u8) -> Self {
-        // If the error of D can exceed D, `hi` is infinite or negative. Bounds that are far apart
-        // would not help, and f32 bounds near the limits of f32 may overflow or become 0.
-        let are_close = hi >= lo && hi - lo <= lo * CLOSE;
-        if !(are_close && lo >= LIMITS[0] && hi <= LIMITS[1]) {
-            return Self::HIT_ANYWHERE;
-        }
-        Self::Hit { t_lo: f32_bounds(lo).0, t_hi: f32_bounds(hi).1, edges }
+        let [[t_lo, ..], [t_hi, ..]] = close_bounds(lo, hi);
+        Self::Hit { t_lo, t_hi, edges }
     }
+}
+
+/// Returns f32 bounds on t in each lane, given those computed by [`float::decide_with_t`]: the bounds
+/// rounded outward if they are close to each other, otherwise 0 and infinity.
+#[inline(always)]
+pub(super) fn close_bounds<D: Lanes<Scalar = f64>>(lo: D, hi: D) -> [[f32; 8]; 2] {
+    // If the error of D can exceed D, `hi` is infinite or negative. Bounds that are far apart
+    // would not help, and f32 bounds near the limits of f32 may overflow or become 0.
+    let within = lo.ge(D::splat(LIMITS[0])) & hi.le(D::splat(LIMITS[1]));
+    let close = hi.ge(lo) & (hi - lo).le(lo * D::splat(CLOSE)) & within;
+    let lo = D::select(close, lo, D::splat(0.0));
+    let hi = D::select(close, hi, D::splat(f64::INFINITY));
+    let [mut t_lo, mut t_hi] = [[0.0; 8]; 2];
+    lo.store_f32(&mut t_lo);
+    hi.store_f32(&mut t_hi);
+    // If the nearest f32 is on the wrong side, the bound is its neighbour, whose bits differ by 1.
+    let (above, below) = (D::load_f32(&t_lo).gt(lo).bits(), D::load_f32(&t_hi).lt(hi).bits());
+    for lane in 0..D::N {
+        t_lo[lane] = f32::from_bits(t_lo[lane].to_bits() - (above >> lane & 1));
+        t_hi[lane] = f32::from_bits(t_hi[lane].to_bits() + (below >> lane & 1));
+    }
+    [t_lo, t_hi]
 }
 
 /// The largest relative difference between the bounds on t that are worth keeping: 2^-24.

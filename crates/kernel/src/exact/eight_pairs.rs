@@ -1,7 +1,7 @@
 //! Decides up to eight pairs of a ray and a triangle side by side: in f64, and then, where the
 //! error bound does not suffice, in integers that wrap: of 64 bits and, with AVX-512, of 128.
 
-use super::decision::{PairDecision, Rule};
+use super::decision::{PairDecision, Rule, close_bounds};
 use super::float;
 use super::input::plain_lanes;
 use super::tier::is_f64;
@@ -151,9 +151,7 @@ impl WithSimd for DecideEight<'_> {
         );
         let miss = (decided.miss | along).bits() & plain;
         let hit = decided.hits(rule).bits() & plain & !miss;
-        let (mut t_lo, mut t_hi) = ([0.0; 8], [0.0; 8]);
-        lo.store(&mut t_lo);
-        hi.store(&mut t_hi);
+        let [t_lo, t_hi] = close_bounds(lo, hi);
         let [u, v, w] = decided.edges;
         let edges = [u.bits(), v.bits(), w.bits()];
         let mut decisions = [None; 8];
@@ -163,7 +161,8 @@ impl WithSimd for DecideEight<'_> {
             } else if hit >> lane & 1 != 0 {
                 let on = |i: usize| (edges[i] >> lane & 1) << i;
                 let edges = (on(0) | on(1) | on(2)) as u8;
-                *decision = Some(PairDecision::hit_within(t_lo[lane], t_hi[lane], edges));
+                let (t_lo, t_hi) = (t_lo[lane], t_hi[lane]);
+                *decision = Some(PairDecision::Hit { t_lo, t_hi, edges });
             }
         }
         decisions

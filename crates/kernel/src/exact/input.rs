@@ -3,14 +3,20 @@
 use super::tier::is_f64;
 use crate::{RayOf, Scalar, TriangleOf};
 
-const EXPONENT: u32 = f32::INFINITY.to_bits();
+/// The number of subnormal magnitudes.
 const FRACTION: u32 = f32::MIN_POSITIVE.to_bits() - 1;
 
 /// Returns 1 if a number is subnormal, otherwise 0. An integer lets the compiler test several
 /// numbers at once.
 #[inline(always)]
 fn is_subnormal(x: u32) -> u32 {
-    u32::from(x & EXPONENT == 0) & u32::from(x & FRACTION != 0)
+    u32::from(below_size(x) < FRACTION)
+}
+
+/// Returns the bits of the magnitude, minus 1. Of 0, they wrap.
+#[inline(always)]
+fn below_size(x: u32) -> u32 {
+    (x & (u32::MAX >> 1)).wrapping_sub(1)
 }
 
 /// Returns whether the first tier may decide, because rounding is the only error of f64 arithmetic
@@ -56,14 +62,20 @@ pub(super) fn plain_lanes<S: Scalar>(rows: &[[S; 8]; 17]) -> u32 {
         }
     } else {
         let rows: &[[u32; 8]; 17] = bytemuck::cast_ref(rows);
+        // Keep the least number of each lane, and compare once.
+        let mut least = [u32::MAX; 8];
         for row in rows {
-            for (odd, x) in odd.iter_mut().zip(row) {
-                *odd |= is_subnormal(*x);
+            for (least, x) in least.iter_mut().zip(row) {
+                *least = below_size(*x).min(*least);
             }
         }
+        odd = least.map(|least| u32::from(least < FRACTION));
         if odd != [0; 8] && subnormals_are_read() {
             return u32::MAX;
         }
+    }
+    if odd == [0; 8] {
+        return 0xff;
     }
     (0..8).map(|lane| u32::from(odd[lane] == 0) << lane).sum()
 }

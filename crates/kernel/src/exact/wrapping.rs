@@ -45,22 +45,17 @@ const PART: f64 = (1_u64 << 40) as f64;
 #[inline(always)]
 pub(super) fn in_64_bits<S: Simd>(rows: &[[f64; 8]; 17]) -> Wrapped<S::F64x8, S::I64x8> {
     let [rows @ .., _, _] = rows;
+    // As one loop, because compilers turn a loop over rows into gathers.
     let mut others = [[0.0; 8]; 15];
-    for (others, row) in others.iter_mut().zip(rows) {
-        clear_lowest_digit(row, others);
+    for (others, x) in others.as_flattened_mut().iter_mut().zip(rows.as_flattened()) {
+        *others = without_lowest_digit(*x);
     }
-    // The unit is the lowest digit of any number.
+    let (unit_of_points, most) = unit_and_largest::<S::F64x8>(&rows[..12], &others[..12]);
+    let (unit_of_dirs, longest) = unit_and_largest::<S::F64x8>(&rows[12..], &others[12..]);
     let splat = <S::F64x8 as Lanes>::splat;
-    let (mut units, mut most) = ([splat(f64::INFINITY); 2], [splat(0.0); 2]);
-    for (i, (row, others)) in rows.iter().zip(&others).enumerate() {
-        let (x, unit) = (S::F64x8::load(row), units[i / 12]);
-        let digit = (x - S::F64x8::load(others)).abs();
-        let is_zero = digit.le(splat(0.0));
-        units[i / 12] = S::F64x8::select(is_zero, unit, digit.min(unit));
-        most[i / 12] = x.abs().max(most[i / 12]);
-    }
+    let units = [unit_of_points, unit_of_dirs];
     let inverse = [splat(1.0) / units[0], splat(1.0) / units[1]];
-    let largest = (most[0] * inverse[0]).max(most[1] * inverse[1]);
+    let largest = (most * inverse[0]).max(longest * inverse[1]);
     let converted = largest.lt(splat(SHORT * PART)).bits();
     let is_long = converted & !largest.lt(splat(SHORT)).bits() != 0;
 
@@ -70,6 +65,20 @@ pub(super) fn in_64_bits<S: Simd>(rows: &[[f64; 8]; 17]) -> Wrapped<S::F64x8, S:
         integers::<S, false>(rows, inverse)
     };
     Wrapped { corners: [c1, c2, c3], origin, dir, units, converted }
+}
+
+/// Returns the lowest binary digit of any number in rows, and the largest magnitude, given the numbers
+/// without their lowest digits.
+#[inline(always)]
+fn unit_and_largest<F: Lanes<Scalar = f64>>(rows: &[[f64; 8]], others: &[[f64; 8]]) -> (F, F) {
+    let (mut unit, mut largest) = (F::splat(f64::INFINITY), F::splat(0.0));
+    for (row, others) in rows.iter().zip(others) {
+        let x = F::load(row);
+        let digit = (x - F::load(others)).abs();
+        unit = F::select(digit.le(F::splat(0.0)), unit, digit.min(unit));
+        largest = x.abs().max(largest);
+    }
+    (unit, largest)
 }
 
 /// Converts the same numbers to integers of any width, given the units that [`in_64_bits`] has found.
@@ -84,10 +93,10 @@ pub(super) fn in_lanes<F: Lanes<Scalar = f64>, I: Ints>(
     let mut all = [[I::splat(0); 3]; 5];
     for (i, (to, row)) in all.as_flattened_mut().iter_mut().zip(rows).enumerate() {
         // Write each number as an odd integer times a power of two.
-        let (mut others, mut odd, mut exponents) = ([0.0; 8], [0; 8], [0; 8]);
-        clear_lowest_digit(row, &mut others);
+        let (mut odd, mut exponents) = ([0; 8], [0; 8]);
         for lane in 0..8 {
-            let (bits, lowest) = (row[lane].to_bits(), exponent(row[lane] - others[lane]));
+            let lowest = exponent(row[lane] - without_lowest_digit(row[lane]));
+            let bits = row[lane].to_bits();
             let zeros = lowest - exponent(row[lane]) + 52;
             let size = (bits & ((1 << 52) - 1) | 1 << 52) >> (zeros & 63);
             let size = if bits << 1 == 0 { 0 } else { size as i64 };
@@ -288,14 +297,12 @@ fn sign_bits<I: Ints>(number: I, lanes: u32) -> SignBits {
     [!(negative | zero) & lanes, negative & lanes, zero & lanes]
 }
 
-/// Replaces the lowest binary digit of each number by 0. Powers of two become 0.
+/// Replaces the lowest binary digit of a number by 0. Powers of two become 0.
 #[inline(always)]
-fn clear_lowest_digit(row: &[f64; 8], to: &mut [f64; 8]) {
-    for (to, x) in to.iter_mut().zip(row) {
-        let bits = x.to_bits();
-        let is_power = bits & ((1 << 52) - 1) == 0;
-        *to = f64::from_bits(if is_power { 0 } else { bits & bits.wrapping_sub(1) });
-    }
+fn without_lowest_digit(x: f64) -> f64 {
+    let bits = x.to_bits();
+    let is_power = bits & ((1 << 52) - 1) == 0;
+    f64::from_bits(if is_power { 0 } else { bits & bits.wrapping_sub(1) })
 }
 
 #[inline(always)]

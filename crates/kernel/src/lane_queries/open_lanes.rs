@@ -6,6 +6,7 @@
 //!   triangle 12   ray 5, ray 6, ...    so the pairs of several triangles can wait for each other.
 //! ```
 
+use super::closest_hit::ClosestHit;
 use super::closest_hits::ClosestHits;
 use super::lane_pairs::RaysOnTriangle;
 use crate::packet::RayPacket;
@@ -50,8 +51,7 @@ impl OpenLanes {
     }
 
     /// Decides all pairs and offers them to the closest hits.
-    #[cold]
-    #[inline(never)]
+    #[inline(always)]
     pub(crate) fn settle<F: Lanes<Scalar = f32>, const N: usize>(
         &mut self,
         resolver: Resolver<'_>,
@@ -59,7 +59,21 @@ impl OpenLanes {
         find: impl Fn(LeafSlot) -> Triangle,
         closest: &mut ClosestHits<F, N>,
     ) {
+        // Registers are read and written here, because the function that is out of line has none as wide.
         let mut all = closest.lanes();
+        self.settle_each(resolver, packet, find, &mut all);
+        closest.set_all(&all);
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn settle_each<const N: usize>(
+        &mut self,
+        resolver: Resolver<'_>,
+        packet: &RayPacket<N>,
+        find: impl Fn(LeafSlot) -> Triangle,
+        all: &mut [ClosestHit; N],
+    ) {
         for pairs in self.pairs[..self.len.min(MOST)].chunks(TOGETHER) {
             let decisions = resolver.decide_lanes(
                 (1 << pairs.len()) - 1,
@@ -69,14 +83,13 @@ impl OpenLanes {
                     (packet.ray(lane as usize), find(slot), (RayId(lane), slot))
                 },
             );
-            for (&(lane, id, slot), decision) in pairs.iter().zip(decisions) {
+            for (&(lane, id, slot), decision) in pairs.iter().zip(&decisions) {
                 let triangle = &find(slot);
                 let first = RayId(0);
                 let on = RaysOnTriangle { resolver, packet, first, triangle, slot, find: &find };
-                all[lane as usize % N].offer_decided(decision, (id, slot), lane as usize, &on);
+                all[lane as usize % N].offer_decided(*decision, (id, slot), lane as usize, &on);
             }
         }
-        closest.set_all(&all);
         self.len = 0;
     }
 }

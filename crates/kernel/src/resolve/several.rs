@@ -29,10 +29,13 @@ impl Resolver<'_> {
             &pair,
             #[inline(always)]
             |lane, decision| {
-                decisions[lane] = decision.unwrap_or_else(|| {
+                // Copy whole decisions: to read one back right after its fields were written is slow.
+                if let Some(decision) = decision {
+                    decisions[lane] = *decision;
+                } else {
                     let (ray, triangle, ids) = pair(lane);
-                    self.decide(&ray, &triangle, ids)
-                });
+                    decisions[lane] = self.decide(&ray, &triangle, ids);
+                }
             },
         );
         decisions
@@ -45,7 +48,7 @@ impl Resolver<'_> {
         self,
         (rule, lanes): (Rule, u32),
         pair: &impl Fn(usize) -> Pair,
-        mut pass: impl FnMut(usize, Option<PairDecision>),
+        mut pass: impl FnMut(usize, Option<&PairDecision>),
     ) {
         if lanes.count_ones() < SEVERAL {
             return lanes_of(lanes).for_each(|lane| pass(lane, None));
@@ -71,8 +74,8 @@ impl Resolver<'_> {
                     originals.decide_eight(rule, &ids[..count])
                 }
             };
-            for (&lane, decision) in eight.iter().zip(decisions) {
-                pass(lane, decision);
+            for (&lane, decision) in eight.iter().zip(&decisions) {
+                pass(lane, decision.as_ref());
             }
         }
     }

@@ -315,8 +315,11 @@ impl Frame {
     #[inline(always)]
     pub fn origins<F: Lanes<Scalar = f32>>(&self, origin: Vec3<F>) -> Points<F> {
         let from = origin - Vec3::splat(self.origin);
-        let at = |axis: [f32; 3]| from.dot_fused(Vec3::splat(axis));
-        Points { x: at(self.right), y: at(self.up), z: at(self.depth) }
+        // Without a closure, which would not be inlined.
+        let x = from.dot_fused(Vec3::splat(self.right));
+        let y = from.dot_fused(Vec3::splat(self.up));
+        let z = from.dot_fused(Vec3::splat(self.depth));
+        Points { x, y, z }
     }
 
     /// Returns the lanes for which the bounds hold: the point is near enough to the centre of the

@@ -76,13 +76,11 @@ impl<S: Simd> Tube<S> {
         let (splat, load) = (S::F32x16::splat, |row: &[f32; RAYS]| S::F32x16::load(row));
         let dir = packet.ray(0).dir;
         let norm = Vec3::<S::F32x16>::load(&packet.origin).norm1();
-        // Test all lanes for equality with two comparisons, which are false for NaN.
-        let is = |row: &[f32; RAYS], x: f32| load(row).le(splat(x)) & load(row).ge(splat(x));
-        let alike = is(&packet.dir[0], dir[0])
-            & is(&packet.dir[1], dir[1])
-            & is(&packet.dir[2], dir[2])
-            & is(&packet.t_min, 0.0)
-            & is(&packet.t_max, f32::INFINITY)
+        let alike = equal::<S>(&packet.dir[0], dir[0])
+            & equal::<S>(&packet.dir[1], dir[1])
+            & equal::<S>(&packet.dir[2], dir[2])
+            & equal::<S>(&packet.t_min, 0.0)
+            & equal::<S>(&packet.t_max, f32::INFINITY)
             & norm.lt(splat(FAR_OUT));
         if alike.bits() != 0xffff {
             return None;
@@ -111,6 +109,13 @@ impl<S: Simd> Tube<S> {
         let slabs = Slabs::around::<S>([lo, hi], dir, start, margin)?;
         Some(Self { axis, slabs, reach, beside: Vec3::load(&beside), away })
     }
+}
+
+/// Returns the lanes that are equal to a number. NaN is not.
+#[inline(always)]
+fn equal<S: Simd>(row: &[f32; RAYS], x: f32) -> <S::F32x16 as Lanes>::Mask {
+    let (row, x) = (S::F32x16::load(row), S::F32x16::splat(x));
+    row.le(x) & row.ge(x)
 }
 
 #[cfg(test)]
