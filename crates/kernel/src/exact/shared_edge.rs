@@ -45,8 +45,7 @@ pub(super) fn is_met<S: Scalar>(
 /// as zero, a floating-point comparison would consider different corners equal.
 #[inline(always)]
 fn has_corner<S: Scalar>(triangle: &TriangleOf<S>, corner: &[S; 3]) -> bool {
-    let bits = |corner: &[S; 3]| corner.map(|x| (x.rank(), x.is_negative()));
-    triangle.0.iter().any(|other| bits(other) == bits(corner))
+    triangle.0.iter().any(|other| bytemuck::bytes_of(other) == bytemuck::bytes_of(corner))
 }
 
 /// Returns whether each corner of one triangle is a corner of the other one, so that both lie in the
