@@ -97,11 +97,17 @@ pub fn attributes32<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> [f32
 /// round to different values.
 #[inline(always)]
 pub(super) fn narrowed(numbers: [f64; 3]) -> Option<[f32; 3]> {
-    let [t, u, v] = numbers.map(|x| {
-        // The CPU may be set to turn subnormal results into 0.
-        let is_plain = x.abs() >= NORMAL || x == 0.0;
-        (is_plain && x.next_down() as f32 == x.next_up() as f32).then_some(x as f32)
-    });
+    let [t, u, v] = numbers.map(
+        #[inline(always)]
+        |x| {
+            // The neighbours of numbers other than 0 have neighbouring bits.
+            let bits = x.to_bits();
+            let [one, other] = [bits.wrapping_sub(1), bits.wrapping_add(1)].map(f64::from_bits);
+            // The CPU may be set to turn subnormal results into 0.
+            let is_same = x.abs() >= NORMAL && one as f32 == other as f32;
+            (is_same || x == 0.0).then_some(x as f32)
+        },
+    );
     Some([t?, u?, v?])
 }
 
