@@ -3,6 +3,7 @@
 //! ```text
 //!   closest_batch ──► runs ──► pieces over threads ──────────► trace_part ──► bundles, packets or
 //!                      │             │ one apex                  ▲   │        streams
+//!                      │             ├──► hide (any hit)         │   │
 //!                      │             └──► sort ──────────────► gather └──► scatter
 //!                      │ rows of pixels                          ▲
 //!                      └──► bands over threads ──────────────────┘
@@ -13,6 +14,7 @@ mod apex;
 mod choice;
 mod chunk;
 mod lists;
+mod occluders;
 pub(crate) mod rows;
 mod sorter;
 pub(crate) mod tiles;
@@ -32,9 +34,10 @@ use crate::selection::ActiveSelection;
 use crate::tree::Tree;
 use crate::util::threads;
 use crate::walk::BatchOutput;
-use apex::Sorting;
+use apex::{SortKey, Sorting, WIDE_WINDOW};
 pub(crate) use choice::Choice;
 use chunk::Chunk;
+use occluders::Occluders;
 use rows::{Run, runs};
 use sorter::Sorter;
 use tiles::Band;
@@ -126,22 +129,72 @@ impl<S: Backend> RayBatch<'_, S> {
         choice: &mut Choice,
     ) -> Counts {
         let all = begin..begin + answers.len();
-        let Some(Sorting { key, window }) = self.sorting::<A>(&all) else {
+        let sorting = self.sorting::<A>(&all);
+        let any = A::output(&mut []).any() && self.selection.is_none();
+        if sorting.is_none() && !any {
             return self.trace_part(all, A::output(answers), choice);
-        };
-        let rays = &self.rays[all];
-        let (mut sorter, mut counts) = (Sorter::default(), Counts::default());
-        let (mut gathered, mut found) = (Vec::new(), Vec::new());
-        for (rays, answers) in rays.chunks(window).zip(answers.chunks_mut(window)) {
-            let order = sorter.sort(self.mode.level(), (key, rays));
-            gathered.clear();
-            gathered.extend(order.iter().map(|&i| rays[usize::from(i)]));
-            found.resize(gathered.len(), A::MISS);
-            let batch = RayBatch { rays: &gathered, ..*self };
-            counts += batch.trace_part(0..gathered.len(), A::output(&mut found), choice);
+        }
+        let window = sorting.map_or(WIDE_WINDOW, |sorting| sorting.window);
+        let (mut memory, mut occluders) = (Memory::new(sorting), Occluders::new());
+        let (mut left, mut order, mut found) = (Vec::new(), Vec::new(), Vec::new());
+        let mut counts = Counts::default();
+        for (rays, answers) in self.rays[all].chunks(window).zip(answers.chunks_mut(window)) {
+            let batch = RayBatch { rays, ..*self };
+            let BatchOutput::Any(any) = A::output(answers) else {
+                counts += batch.trace_window(&mut memory, answers, choice);
+                continue;
+            };
+            if !batch.hides_some(&mut occluders, any, &mut counts) {
+                counts += batch.trace_window(&mut memory, answers, choice);
+                continue;
+            }
+            // Trace the rays that are left.
+            order.clear();
+            order.extend((0..=u16::MAX).zip(&*any).filter(|(_, any)| !**any).map(|(i, _)| i));
+            left.clear();
+            left.extend(order.iter().map(|&i| rays[usize::from(i)]));
+            found.resize(left.len(), A::MISS);
+            counts +=
+                RayBatch { rays: &left, ..*self }.trace_window(&mut memory, &mut found, choice);
             for (&i, &found) in order.iter().zip(&found) {
                 answers[usize::from(i)] = found;
             }
+        }
+        counts
+    }
+
+    /// Sets the answers of rays that are certain to be hidden by the occluders of other rays. Returns
+    /// whether it is worth tracing only the others.
+    fn hides_some(&self, occluders: &mut Occluders, any: &mut [bool], counts: &mut Counts) -> bool {
+        occluders.hide(any, |occluders, range, any| {
+            let (start, mut hidden) = (range.start, 0);
+            self.pieces(range, |chunk, piece| {
+                let any = &mut any[piece.start - start..piece.end - start];
+                hidden += occluders.test((chunk.tree, &chunk.filter), chunk.rays, any, counts);
+            });
+            hidden
+        })
+    }
+
+    /// Traces up to 2^16 rays, sorted if they are to be.
+    fn trace_window<A: Answer>(
+        &self,
+        memory: &mut Memory<S, A>,
+        answers: &mut [A],
+        choice: &mut Choice,
+    ) -> Counts {
+        let Memory { key, sorter, gathered, found } = memory;
+        let Some(key) = *key else {
+            return self.trace_part(0..answers.len(), A::output(answers), choice);
+        };
+        let order = sorter.sort(self.mode.level(), (key, self.rays));
+        gathered.clear();
+        gathered.extend(order.iter().map(|&i| self.rays[usize::from(i)]));
+        found.resize(gathered.len(), A::MISS);
+        let batch = RayBatch { rays: gathered, ..*self };
+        let counts = batch.trace_part(0..found.len(), A::output(found), choice);
+        for (&i, &found) in order.iter().zip(&*found) {
+            answers[usize::from(i)] = found;
         }
         counts
     }
@@ -193,6 +246,21 @@ impl<S: Backend> RayBatch<'_, S> {
                 trace(Chunk { tree, filter, selection, rays }, piece);
             });
         }
+    }
+}
+
+/// What windows of rays are sorted by, if they are, and the memory for that.
+struct Memory<S: Backend, A> {
+    key: Option<SortKey>,
+    sorter: Sorter,
+    gathered: Vec<RayOf<S>>,
+    found: Vec<A>,
+}
+
+impl<S: Backend, A> Memory<S, A> {
+    fn new(sorting: Option<Sorting>) -> Self {
+        let key = sorting.map(|sorting| sorting.key);
+        Self { key, sorter: Sorter::default(), gathered: Vec::new(), found: Vec::new() }
     }
 }
 
