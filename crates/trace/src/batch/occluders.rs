@@ -10,7 +10,7 @@
 
 use std::ops::Range;
 
-use intertri::simd::{Lanes, Mask, Simd, WithSimd};
+use intertri::simd::{Simd, WithSimd};
 use intertri::{Counts, Filter, LeafSlot, PreparedPacket, Ray, RayId, RayPacket};
 
 use crate::tree::Tree;
@@ -123,10 +123,7 @@ impl WithSimd for Test<'_, '_> {
             let rays = &self.rays[first..self.rays.len().min(first + RAYS)];
             let packet = RayPacket::loaded_in::<S>(rays);
             let prepared = self.filter.prepare_packet_in::<S, RAYS>(&packet);
-            // Rays with an empty interval hit nothing.
-            let t_min = S::F32x16::load(&packet.t_min);
-            let all = packet.live() & t_min.lt(S::F32x16::load(&packet.t_max)).bits();
-            let mut left = self.remembered::<S>(&prepared, all);
+            let mut left = self.remembered::<S>(&prepared, packet.live());
 
             if left != 0 && self.occluders.searches.is_waiting() {
                 self.occluders.searches.pass();
@@ -142,7 +139,7 @@ impl WithSimd for Test<'_, '_> {
                 let has_paid = 2 * left.count_ones() <= before.count_ones();
                 self.occluders.searches.tried(has_paid);
             }
-            let hit = all & !left;
+            let hit = packet.live() & !left;
             hidden += hit.count_ones() as usize;
             lanes_of(hit).for_each(|lane| self.answers[first + lane] = true);
         }
