@@ -7,6 +7,7 @@ use std::path::Path;
 use std::process::{self, ExitCode};
 
 use clap::error::ErrorKind;
+use intertri_scene::PartialFile;
 
 /// The reason why the program failed. One line says what failed, where, and what to do.
 #[derive(Debug)]
@@ -91,6 +92,7 @@ pub(crate) fn report_panics_in_one_line() {
         // A new thread panics before it runs anything if no memory is left for its signal stack.
         // That panic cannot be caught, so the run ends here.
         if message.contains("alternative stack") {
+            PartialFile::abandon_all();
             Error::no_thread(message).tell();
             process::exit(1);
         }

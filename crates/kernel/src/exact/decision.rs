@@ -160,9 +160,10 @@ pub(crate) fn f32_bounds(t: f64) -> (f32, f32) {
 
 #[cfg(test)]
 mod tests {
-    use super::{InFloat, PairDecision, Rule, f32_bounds, in_float};
+    use super::{InFloat, LIMITS, PairDecision, Rule, close_bounds, f32_bounds, in_float};
     use crate::exact::test_numbers::random;
     use crate::exact::{Tier, decide_pair, t_from};
+    use crate::simd::{Lanes, Level, Simd, WithSimd};
     use crate::{Mode, Ray, Ray64, Triangle, TriangleOf};
 
     #[test]
@@ -171,6 +172,44 @@ mod tests {
             let (lo, hi) = f32_bounds(t);
             assert!(f64::from(lo) <= t && t <= f64::from(hi), "{lo} {t} {hi}");
             assert!(lo == hi || lo.next_up() == hi);
+        }
+    }
+
+    /// Rounds eight pairs of bounds.
+    struct Rounded([[f64; 8]; 2]);
+
+    impl WithSimd for Rounded {
+        type Output = [[f32; 8]; 2];
+
+        #[inline(always)]
+        fn run<S: Simd>(self) -> [[f32; 8]; 2] {
+            let [lo, hi] = &self.0;
+            close_bounds(S::F64x8::load(lo), S::F64x8::load(hi))
+        }
+    }
+
+    #[test]
+    fn close_bounds_are_rounded_outward_and_no_farther() {
+        let [least, most] = LIMITS;
+        let (one, next) = (1.0_f64, f64::from(1.0_f32.next_up()));
+        let close = [one, one.next_up(), one.next_down(), next, 0.1, 1e-30, least, most];
+        let far =
+            [f64::NAN, f64::INFINITY, 0.0, -1.0, most.next_up(), least.next_down(), 1.0, 1e300];
+        for level in Level::all() {
+            for hi in [close, close.map(f64::next_up)] {
+                let [t_lo, t_hi] = level.run(Rounded([close, hi]));
+                for lane in 0..7 {
+                    assert_eq!(t_lo[lane], f32_bounds(close[lane]).0, "{}", level.name());
+                    assert_eq!(t_hi[lane], f32_bounds(hi[lane]).1, "{}", level.name());
+                }
+            }
+            // Beyond the limits, or far apart.
+            let mut hi = far;
+            hi[6] = 1.0 + 1e-6;
+            let [t_lo, t_hi] = level.run(Rounded([far, hi]));
+            assert_eq!((t_lo, t_hi), ([0.0; 8], [f32::INFINITY; 8]), "{}", level.name());
+            let [t_lo, t_hi] = level.run(Rounded([[1.0; 8], [1.0_f64.next_down(); 8]]));
+            assert_eq!((t_lo, t_hi), ([0.0; 8], [f32::INFINITY; 8]), "{}", level.name());
         }
     }
 

@@ -67,8 +67,8 @@ pub(super) fn in_64_bits<S: Simd>(rows: &[[f64; 8]; 17]) -> Wrapped<S::F64x8, S:
     Wrapped { corners: [c1, c2, c3], origin, dir, units, converted }
 }
 
-/// Returns the lowest binary digit of any number in rows, and the largest magnitude, given the numbers
-/// without their lowest digits.
+/// Returns, for each lane, the lowest binary digit and the largest magnitude of its numbers. `others` are
+/// the numbers without their lowest digits.
 #[inline(always)]
 fn unit_and_largest<F: Lanes<Scalar = f64>>(rows: &[[f64; 8]], others: &[[f64; 8]]) -> (F, F) {
     let (mut unit, mut largest) = (F::splat(f64::INFINITY), F::splat(0.0));

@@ -14,6 +14,9 @@ pub trait Answer: Copy + Send + Sync {
     /// of the rays affects the speed.
     const IN_BUNDLES: bool;
 
+    /// Whether the answer is whether a ray hits anything.
+    const ANY: bool = false;
+
     /// Wraps a slice of answers for a traversal to write to.
     fn output(answers: &mut [Self]) -> BatchOutput<'_>;
 }
@@ -55,6 +58,7 @@ impl Answer for MeshTriangle {
 impl Answer for bool {
     const MISS: Self = false;
     const IN_BUNDLES: bool = true;
+    const ANY: bool = true;
 
     fn output(answers: &mut [Self]) -> BatchOutput<'_> {
         BatchOutput::Any(answers)

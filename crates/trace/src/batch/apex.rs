@@ -16,7 +16,8 @@ use crate::walk::bundle::{CommonEnd, shares_direction, shares_origin};
 pub(super) const WINDOW: usize = 1 << 15;
 
 /// The number of rays that are sorted together if their order is random. The more there are, the
-/// closer together they are after sorting. There cannot be more, because indices have 16 bits.
+/// closer together they are after sorting. There cannot be more, because indices have 16 bits. It is also
+/// the number of rays that are tested for occluders together if they are not sorted.
 pub(super) const WIDE_WINDOW: usize = 1 << 16;
 
 /// The minimum number of rays for which sorting can pay off.

@@ -85,7 +85,7 @@ impl<S: Backend> RayBatch<'_, S> {
             rest = others;
         }
         // Each piece begins with what others have learned.
-        let learned = Mutex::new(Choice::new(A::output(&mut []).any()));
+        let learned = Mutex::new(Choice::new(A::ANY));
         add(pieces.into_iter(), |(band, (begin, answers))| {
             let mut choice = learned.lock().map_or_else(|e| e.into_inner().clone(), |c| c.clone());
             let counts = match band {
@@ -116,12 +116,12 @@ impl<S: Backend> RayBatch<'_, S> {
     fn sorting<A: Answer>(&self, rays: &Range<usize>) -> Option<Sorting> {
         // As for tiles, only bundles benefit.
         let in_bundles = A::IN_BUNDLES && self.selection.is_none();
-        let any = || A::output(&mut []).any();
-        in_bundles.then(|| apex::sorting(&self.rays[rays.clone()], any())).flatten()
+        in_bundles.then(|| apex::sorting(&self.rays[rays.clone()], A::ANY)).flatten()
     }
 
-    /// Traces rays that are not pixels in rows on this thread, starting at ray `begin`. Rays with a
-    /// common origin, end, or direction are sorted if their order is not coherent.
+    /// Traces rays that are not pixels in rows on this thread, starting at ray `begin`. For any hit, rays
+    /// that occluders of other rays hide are answered first. Rays with a common origin, end, or
+    /// direction are sorted if their order is not coherent.
     fn trace_others<A: Answer>(
         &self,
         begin: usize,
@@ -130,35 +130,33 @@ impl<S: Backend> RayBatch<'_, S> {
     ) -> Counts {
         let all = begin..begin + answers.len();
         let sorting = self.sorting::<A>(&all);
-        let any = A::output(&mut []).any() && self.selection.is_none();
-        if sorting.is_none() && !any {
+        let hiding = A::ANY && self.selection.is_none();
+        if sorting.is_none() && !hiding {
             return self.trace_part(all, A::output(answers), choice);
         }
         let window = sorting.map_or(WIDE_WINDOW, |sorting| sorting.window);
-        let (mut memory, mut occluders) = (Memory::new(sorting), Occluders::new());
-        let (mut left, mut order, mut found) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut sorting, mut occluders) = (WindowSorting::new(sorting), Occluders::new());
+        let (mut left, mut rest) = (Gathered::default(), Vec::new());
         let mut counts = Counts::default();
         for (rays, answers) in self.rays[all].chunks(window).zip(answers.chunks_mut(window)) {
             let batch = RayBatch { rays, ..*self };
-            let BatchOutput::Any(any) = A::output(answers) else {
-                counts += batch.trace_window(&mut memory, answers, choice);
-                continue;
+            rest.clear();
+            let is_hidden = match A::output(answers) {
+                BatchOutput::Any(any) if hiding => {
+                    let worth = batch.hides_some(&mut occluders, any, &mut counts);
+                    let is_left = |(i, any): (u16, &bool)| (!any).then_some(i);
+                    rest.extend((0..=u16::MAX).zip(&*any).filter_map(is_left));
+                    worth
+                }
+                _ => false,
             };
-            if !batch.hides_some(&mut occluders, any, &mut counts) {
-                counts += batch.trace_window(&mut memory, answers, choice);
-                continue;
-            }
-            // Trace the rays that are left.
-            order.clear();
-            order.extend((0..=u16::MAX).zip(&*any).filter(|(_, any)| !**any).map(|(i, _)| i));
-            left.clear();
-            left.extend(order.iter().map(|&i| rays[usize::from(i)]));
-            found.resize(left.len(), A::MISS);
-            counts +=
-                RayBatch { rays: &left, ..*self }.trace_window(&mut memory, &mut found, choice);
-            for (&i, &found) in order.iter().zip(&found) {
-                answers[usize::from(i)] = found;
-            }
+            counts += if is_hidden {
+                left.trace(&batch, &rest, answers, |batch, found| {
+                    batch.trace_window(&mut sorting, found, choice)
+                })
+            } else {
+                batch.trace_window(&mut sorting, answers, choice)
+            };
         }
         counts
     }
@@ -176,27 +174,21 @@ impl<S: Backend> RayBatch<'_, S> {
         })
     }
 
-    /// Traces up to 2^16 rays, sorted if they are to be.
+    /// Traces up to 2^16 rays, and sorts them first if they have something in common.
     fn trace_window<A: Answer>(
         &self,
-        memory: &mut Memory<S, A>,
+        sorting: &mut WindowSorting<S, A>,
         answers: &mut [A],
         choice: &mut Choice,
     ) -> Counts {
-        let Memory { key, sorter, gathered, found } = memory;
+        let WindowSorting { key, sorter, sorted } = sorting;
         let Some(key) = *key else {
             return self.trace_part(0..answers.len(), A::output(answers), choice);
         };
         let order = sorter.sort(self.mode.level(), (key, self.rays));
-        gathered.clear();
-        gathered.extend(order.iter().map(|&i| self.rays[usize::from(i)]));
-        found.resize(gathered.len(), A::MISS);
-        let batch = RayBatch { rays: gathered, ..*self };
-        let counts = batch.trace_part(0..found.len(), A::output(found), choice);
-        for (&i, &found) in order.iter().zip(&*found) {
-            answers[usize::from(i)] = found;
-        }
-        counts
+        sorted.trace(self, order, answers, |batch, answers| {
+            batch.trace_part(0..answers.len(), A::output(answers), choice)
+        })
     }
 
     /// Traces rows of pixels on this thread, starting at ray `begin`.
@@ -250,17 +242,48 @@ impl<S: Backend> RayBatch<'_, S> {
 }
 
 /// What windows of rays are sorted by, if they are, and the memory for that.
-struct Memory<S: Backend, A> {
+struct WindowSorting<S: Backend, A> {
     key: Option<SortKey>,
     sorter: Sorter,
-    gathered: Vec<RayOf<S>>,
-    found: Vec<A>,
+    sorted: Gathered<S, A>,
 }
 
-impl<S: Backend, A> Memory<S, A> {
+impl<S: Backend, A: Answer> WindowSorting<S, A> {
     fn new(sorting: Option<Sorting>) -> Self {
         let key = sorting.map(|sorting| sorting.key);
-        Self { key, sorter: Sorter::default(), gathered: Vec::new(), found: Vec::new() }
+        Self { key, sorter: Sorter::default(), sorted: Gathered::default() }
+    }
+}
+
+/// Rays that are traced in another order, and their answers. The memory is used again.
+struct Gathered<S: Backend, A> {
+    rays: Vec<RayOf<S>>,
+    answers: Vec<A>,
+}
+
+impl<S: Backend, A> Default for Gathered<S, A> {
+    fn default() -> Self {
+        Self { rays: Vec::new(), answers: Vec::new() }
+    }
+}
+
+impl<S: Backend, A: Answer> Gathered<S, A> {
+    /// Traces the rays in the given places of a batch, in this order, and stores their answers there.
+    fn trace(
+        &mut self,
+        batch: &RayBatch<'_, S>,
+        order: &[u16],
+        answers: &mut [A],
+        trace: impl FnOnce(&RayBatch<'_, S>, &mut [A]) -> Counts,
+    ) -> Counts {
+        self.rays.clear();
+        self.rays.extend(order.iter().map(|&i| batch.rays[usize::from(i)]));
+        self.answers.resize(order.len(), A::MISS);
+        let counts = trace(&RayBatch { rays: &self.rays, ..*batch }, &mut self.answers);
+        for (&i, &answer) in order.iter().zip(&self.answers) {
+            answers[usize::from(i)] = answer;
+        }
+        counts
     }
 }
 

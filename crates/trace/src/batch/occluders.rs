@@ -1,4 +1,4 @@
-//! Tests rays against the triangles that occluded the rays before them, before anything else is done.
+//! Tests rays against the triangles that hid earlier rays, before they are sorted or traced.
 //!
 //! ```text
 //!        ─────────────────────────  a roof        Where walls and roofs hide the light, most rays are
@@ -27,14 +27,16 @@ const REMEMBERED: usize = 4;
 /// Fewer rays than this are not tested.
 const FEWEST: usize = 1 << 12;
 
-/// The number of rays after which it is decided again whether testing pays off, which it does if at least
-/// a quarter of them are hidden. After a failure, this many groups are not tested; the first number
-/// doubles with each further failure, up to the second number.
+/// The number of rays in a group. After each group, it is decided again whether testing pays off, which it
+/// does if at least a quarter of its rays are hidden.
 const GROUP: usize = 64;
+/// After a group for which testing did not pay off, this many groups are not tested. The number starts at
+/// the first value and doubles with each further failure, up to the second value.
 const GROUP_PATIENCE: [usize; 2] = [2, 256];
 
-/// If the triangle that hides a ray does not hide at least half of its packet, or if nothing hides the
-/// ray, this many packets pass before the occluder of another ray is searched for.
+/// If the triangle that hides a ray hides less than half of the rays that are left of a packet, or if
+/// nothing hides it, this many packets of which rays are left pass before the occluder of another ray is
+/// searched for. The number grows like that of groups.
 const SEARCH_PATIENCE: [usize; 2] = [2, 64];
 
 /// If fewer than one in this many rays are hidden, all rays are traced.
@@ -95,10 +97,14 @@ impl Occluders {
         filter.level().run(Test { occluders: self, tree, filter, rays, answers, counts })
     }
 
-    /// Moves the slot in a place, or a new one, to the front.
-    fn remember(&mut self, slot: LeafSlot, place: usize) {
-        self.slots.copy_within(..place.min(REMEMBERED - 1), 1);
-        self.slots[0] = slot;
+    /// Remembers a triangle, in place of the one that has hidden no ray for the longest time.
+    fn add(&mut self, slot: LeafSlot) {
+        if self.slots[..self.len].contains(&slot) {
+            return;
+        }
+        self.len = REMEMBERED.min(self.len + 1);
+        self.slots[self.len - 1] = slot;
+        self.slots[..self.len].rotate_right(1);
     }
 }
 
@@ -131,9 +137,7 @@ impl WithSimd for Test<'_, '_> {
                 // Remember what hides the first of the rays that are left, if anything does.
                 let (before, ray) = (left, first + left.trailing_zeros() as usize);
                 if let Some(slot) = self.find(RayId(ray as u32), &mut scratch) {
-                    let Occluders { len, .. } = self.occluders;
-                    *len = REMEMBERED.min(*len + 1);
-                    self.occluders.remember(slot, REMEMBERED);
+                    self.occluders.add(slot);
                     left &= !self.hits::<S>(&prepared, slot, left);
                 }
                 let has_paid = 2 * left.count_ones() <= before.count_ones();
@@ -159,7 +163,7 @@ impl Test<'_, '_> {
             let slot = self.occluders.slots[place];
             let hits = self.hits::<S>(packet, slot, left);
             if hits != 0 {
-                self.occluders.remember(slot, place);
+                self.occluders.slots[..=place].rotate_right(1);
             }
             left &= !hits;
         }
@@ -193,11 +197,12 @@ impl Test<'_, '_> {
 
 #[cfg(test)]
 mod tests {
-    use intertri::{Counts, Mode, RayOf, Scalar, TriangleOf};
+    use intertri::{Counts, Mode, Ray, RayOf, Scalar, TriangleOf};
 
     use super::super::RayBatch;
     use super::Occluders;
     use crate::util::test_numbers::random;
+    use crate::util::threads::on_this_thread;
     use crate::{Bvh, BvhScalar};
 
     /// Returns a floor of many triangles, half of it below a roof of two, and trees beside the roof.
@@ -243,20 +248,25 @@ mod tests {
         (0..128 * 128).map(ray).collect()
     }
 
-    fn answers_are_those_of_single_rays<S: BvhScalar + Scalar>(modes: &[Mode]) {
-        let (bvh, rays) = (Bvh::new(&house::<S>()).unwrap(), rays::<S>());
-        let mut mixed = rays.clone();
-        let mut random = random();
+    /// Puts rays in a random order.
+    fn mixed<S: Scalar>(rays: &[RayOf<S>]) -> Vec<RayOf<S>> {
+        let (mut mixed, mut random) = (rays.to_vec(), random());
         for i in (1..mixed.len()).rev() {
             mixed.swap(i, ((random() * i as f32) as usize).min(i));
         }
+        mixed
+    }
+
+    fn answers_are_those_of_single_rays<S: BvhScalar + Scalar>(modes: &[Mode]) {
+        let (bvh, rays) = (Bvh::new(&house::<S>()).unwrap(), rays::<S>());
+        let mixed = mixed(&rays);
         for &mode in modes {
             for rays in [&rays, &mixed] {
                 let (tree, originals) = (&bvh.tree, &bvh.originals);
                 let batch = RayBatch { tree, originals, mode, selection: None, rays };
                 // What was in the memory before must not matter.
                 let mut any = vec![true; rays.len()];
-                batch.trace(&mut any);
+                on_this_thread(|| batch.trace(&mut any));
                 let alone = |ray| {
                     let mut any = [true];
                     RayBatch { rays: std::slice::from_ref(ray), ..batch }.trace(&mut any);
@@ -265,7 +275,7 @@ mod tests {
                 let alone: Vec<bool> = rays.iter().map(alone).collect();
                 assert!(any == alone, "{mode:?}");
 
-                // Occluders alone find most of what the roof hides, and nothing else.
+                // Occluders alone find at least a quarter of the hidden rays, and no others.
                 let (mut occluders, mut counts) = (Occluders::new(), Counts::default());
                 assert!(batch.hides_some(&mut occluders, &mut any, &mut counts), "{mode:?}");
                 assert!(any.iter().zip(&alone).all(|(some, any)| !some || *any), "{mode:?}");
@@ -279,6 +289,35 @@ mod tests {
     fn answers_are_the_same_as_without_occluders() {
         answers_are_those_of_single_rays::<f32>(&[Mode::exact(), Mode::once(), Mode::certified()]);
         answers_are_those_of_single_rays::<f64>(&[Mode::exact(), Mode::once()]);
+    }
+
+    /// Traces rays that are sorted if no occluder hides them. The window has as many as indices allow.
+    #[test]
+    fn the_rays_that_are_left_may_be_sorted() {
+        let bvh = Bvh::new(&house::<f32>()).unwrap();
+        let ray = |i: usize| {
+            let [x, y] = [i % 256, i / 256].map(|k| k as f32 / 8.0 + 0.1);
+            // Hills, so that rows are curves as seen from the sun.
+            let hills = (0.4 * x).sin() * (0.2 * y).cos();
+            Ray::new([x, y, 1.2 + hills], [0.8, 0.9, 1.0])
+        };
+        let rows: Vec<Ray> = (0..1 << 16).map(ray).collect();
+        let mut mixed = mixed(&rows);
+        // A tree hides the last one.
+        let by_tree = |ray: &Ray| ray.origin[0] > 20.0 && bvh.any(ray);
+        let at = mixed.iter().position(by_tree).unwrap();
+        mixed.swap(at, (1 << 16) - 1);
+        for rays in [&mixed, &rows] {
+            let (tree, originals, mode) = (&bvh.tree, &bvh.originals, Mode::exact());
+            let batch = RayBatch { tree, originals, mode, selection: None, rays };
+            assert!(batch.sorting::<bool>(&(0..rays.len())).is_some());
+            let (mut any, mut counts) = (vec![true; rays.len()], Counts::default());
+            assert!(batch.hides_some(&mut Occluders::new(), &mut any, &mut counts));
+            on_this_thread(|| batch.trace(&mut any));
+            let alone: Vec<bool> = rays.iter().map(|ray| bvh.any(ray)).collect();
+            assert!(any == alone);
+            assert!(alone.contains(&false));
+        }
     }
 
     /// Rays that small triangles hide are traced as ever.

@@ -117,6 +117,23 @@ fn at_a_shared_corner_the_lower_index_wins_without_t() {
     assert_eq!((closest.triangle(), closest.t_hi()), (Some(names(1)), 1.1));
 }
 
+/// Also triangles so thin that f64 cannot bound t.
+#[test]
+fn at_a_shared_corner_the_lower_index_wins_without_bounds() {
+    let near = PairDecision::Hit { t_lo: 0.9, t_hi: 1.1, edges: 0b011 };
+    let anywhere = PairDecision::Hit { t_lo: 0.0, t_hi: f32::INFINITY, edges: 0b011 };
+    for (first, then) in [(near, anywhere), (anywhere, near), (anywhere, anywhere)] {
+        let pairs = Decided(then, FixedHits(9.0, vec![1.0; 3]));
+        let mut closest = ClosestHit::new(9.0);
+        closest.offer_decided(first, names(1), 1, &pairs);
+        for i in [2, 0] {
+            closest.offer_decided(then, names(i), i as usize, &pairs);
+        }
+        assert_eq!(closest.triangle(), Some(names(0)));
+        assert!(closest.t_hi() >= 1.0 && closest.t_hi() <= 1.1);
+    }
+}
+
 #[test]
 fn the_far_end_is_open() {
     let mut closest = ClosestHit::new(1.0);
