@@ -141,16 +141,18 @@ impl<S: Backend> RayBatch<'_, S> {
         for (rays, answers) in self.rays[all].chunks(window).zip(answers.chunks_mut(window)) {
             let batch = RayBatch { rays, ..*self };
             rest.clear();
-            let is_hidden = match A::output(answers) {
+            let some_are_hidden = match A::output(answers) {
                 BatchOutput::Any(any) if hiding => {
-                    let worth = batch.hides_some(&mut occluders, any, &mut counts);
-                    let is_left = |(i, any): (u16, &bool)| (!any).then_some(i);
-                    rest.extend((0..=u16::MAX).zip(&*any).filter_map(is_left));
-                    worth
+                    let are_many = batch.hides_some(&mut occluders, any, &mut counts);
+                    if are_many {
+                        let indices = (0..=u16::MAX).zip(&*any).filter(|(_, any)| !**any);
+                        rest.extend(indices.map(|(i, _)| i));
+                    }
+                    are_many
                 }
                 _ => false,
             };
-            counts += if is_hidden {
+            counts += if some_are_hidden {
                 left.trace(&batch, &rest, answers, |batch, found| {
                     batch.trace_window(&mut sorting, found, choice)
                 })

@@ -39,8 +39,9 @@ const GROUP_PATIENCE: [usize; 2] = [2, 256];
 /// searched for. The number grows like that of groups.
 const SEARCH_PATIENCE: [usize; 2] = [2, 64];
 
-/// If fewer than one in this many rays are hidden, all rays are traced.
-const FEW: usize = 16;
+/// Unless at least one in this many rays is hidden, all rays are traced: to trace only some, they must be
+/// copied. After each [`FEWEST`] rays, testing ends if fewer than half as many are hidden so far.
+const SHARE: usize = 4;
 
 /// The triangles that occluded the last rays.
 pub(super) struct Occluders {
@@ -70,6 +71,9 @@ impl Occluders {
             return false;
         }
         for (start, answers) in (0..).step_by(GROUP).zip(answers.chunks_mut(GROUP)) {
+            if start % FEWEST == 0 && 2 * SHARE * hidden < start {
+                return false;
+            }
             if self.groups.is_waiting() {
                 self.groups.pass();
                 continue;
@@ -83,7 +87,7 @@ impl Occluders {
                 self.searches = Patience::new(SEARCH_PATIENCE);
             }
         }
-        FEW * hidden >= rays
+        SHARE * hidden >= rays
     }
 
     /// Tests rays, and sets the answers of those that are certain to hit something. Returns their number.
