@@ -130,8 +130,8 @@ impl<S: Backend> RayBatch<'_, S> {
     ) -> Counts {
         let all = begin..begin + answers.len();
         let sorting = self.sorting::<A>(&all);
-        let hiding = A::ANY && self.selection.is_none();
-        if sorting.is_none() && !hiding {
+        // Neither supports selections.
+        if sorting.is_none() && (!A::ANY || self.selection.is_some()) {
             return self.trace_part(all, A::output(answers), choice);
         }
         let window = sorting.map_or(WIDE_WINDOW, |sorting| sorting.window);
@@ -142,7 +142,7 @@ impl<S: Backend> RayBatch<'_, S> {
             let batch = RayBatch { rays, ..*self };
             rest.clear();
             let some_are_hidden = match A::output(answers) {
-                BatchOutput::Any(any) if hiding => {
+                BatchOutput::Any(any) => {
                     let are_many = batch.hides_some(&mut occluders, any, &mut counts);
                     if are_many {
                         let indices = (0..=u16::MAX).zip(&*any).filter(|(_, any)| !**any);

@@ -16,10 +16,8 @@ use intertri::{Counts, Filter, LeafSlot, PreparedPacket, Ray, RayId, RayPacket};
 use crate::tree::Tree;
 use crate::util::lane_ops::lanes_of;
 use crate::util::patience::Patience;
+use crate::walk::packet::RAYS;
 use crate::walk::single::{Closest, SingleRay, TraversalScratch};
-
-/// The number of rays in a packet.
-const RAYS: usize = 16;
 
 /// The number of triangles that are remembered.
 const REMEMBERED: usize = 4;
