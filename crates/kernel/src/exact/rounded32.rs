@@ -59,10 +59,10 @@ impl<D: Lanes<Scalar = f64>> Over<D> {
 }
 
 impl<const N: usize> Ends<N> {
-    /// Returns whether a lane's quotient is proven to be correctly rounded.
+    /// Returns a mask of the lanes whose quotients are proven to be correctly rounded.
     #[inline(always)]
-    fn is_sure(&self, lane: usize) -> bool {
-        self.sure >> lane & 1 != 0 && self.least[lane] == self.most[lane]
+    fn sure_in<F: Lanes<Scalar = f32>>(&self) -> u32 {
+        self.sure & F::load(&self.most).le(F::load(&self.least)).bits()
     }
 }
 
@@ -127,37 +127,41 @@ impl SharedOriginHit<Hit32> for HitCoefficients32 {
         let num = Lanes::select(first, Lanes::splat(self.known), sums);
         let num_err = Lanes::select(first, Lanes::splat(self.known_err), err);
         let over = Over::<S::F64x4>::new(S::first_and_last(sums), err);
-        let Ends::<4> { least, most, sure } = over.quotient(num, num_err);
-        let [t, u, v, _] = most;
+        let ends: Ends<4> = over.quotient(num, num_err);
+        let [t, u, v, _] = ends.most;
         *to = Hit32::new([t, u, v], self.index);
-        sure & 0b111 == 0b111 && [least[0], least[1], least[2]] == [t, u, v]
+        ends.sure_in::<S::F32x4>() & 0b111 == 0b111
     }
 }
 
-/// Returns the f32 hits of the first `len` lanes, with t, u, and v correctly rounded. The other
+/// Writes the f32 hits of the first `len` lanes, with t, u, and v correctly rounded. The other
 /// elements are meaningless.
 #[inline(always)]
-pub(crate) fn hits32_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit32; 8] {
-    let mut hits = [Hit32::MISS; 8];
-    let (doubt, mut unsure) = (if subnormals_are_read() { DOUBT } else { f64::NAN }, 0);
-    let doubt = <S::F64x4 as Lanes>::splat(doubt);
-    // Process four pairs at a time, because some CPUs lower their clock rate for even a single
-    // eight-lane division.
-    for from in [0, 4] {
-        let (corners, origin, dir) = pairs.lanes::<S::F64x4>(from);
-        let [t, u, v] = ends::<_, 4>(corners, origin, dir, doubt);
-        for lane in 0..4 {
-            let sure = t.is_sure(lane) && u.is_sure(lane) && v.is_sure(lane);
-            unsure |= u32::from(!sure) << (from + lane);
-            let index = pairs.index(from + lane);
-            hits[from + lane] = Hit32::new([t.most[lane], u.most[lane], v.most[lane]], index);
+pub(crate) fn hits32_in<S: Simd>(pairs: &Pairs, len: usize, hits: &mut [Hit32; 8]) {
+    let doubt = <S::F64x8 as Lanes>::splat(if subnormals_are_read() { DOUBT } else { f64::NAN });
+    let (corners, origin, dir) = pairs.lanes::<S::F64x8>(0);
+    let [t, u, v] = ends::<_, 8>(corners, origin, dir, doubt);
+    let sure = t.sure_in::<S::F32x8>() & u.sure_in::<S::F32x8>() & v.sure_in::<S::F32x8>();
+    let mut unsure = !sure;
+    // A hit is a row of five numbers: t, u, v, and the indices, whose bits are kept.
+    let rows: &mut [[f32; 5]; 8] = bytemuck::cast_mut(hits);
+    for (from, rows) in [0, 4].into_iter().zip(rows.chunks_exact_mut(4)) {
+        let load = S::F32x4::load;
+        let columns = [
+            load(&t.most[from..]),
+            load(&u.most[from..]),
+            load(&v.most[from..]),
+            load(pairs.indices(from)),
+        ];
+        for (row, hit) in rows.iter_mut().zip(S::transpose(columns)) {
+            hit.store(row);
+            row[4] = 0.0;
         }
     }
     unsure &= (1 << len) - 1;
     if unsure != 0 {
-        round_unsure::<S>(pairs, unsure, &mut hits);
+        round_unsure::<S>(pairs, unsure, hits);
     }
-    hits
 }
 
 /// Computes the hits of lanes that plain f64 cannot round. This function is out of line to keep registers
@@ -212,7 +216,7 @@ pub(crate) fn hit32_alone(ray: &Ray, triangle: &Triangle, index: u32) -> Hit32 {
     let corners = [vector(c1), vector(c2), vector(c3)];
     let doubt = if subnormals_are_read() { DOUBT } else { f64::NAN };
     let [t, u, v] = ends::<f64, 1>(corners, vector(ray.origin), vector(ray.dir), doubt);
-    if t.is_sure(0) && u.is_sure(0) && v.is_sure(0) {
+    if t.sure_in::<f32>() & u.sure_in::<f32>() & v.sure_in::<f32>() != 0 {
         Hit32::new([t.most[0], u.most[0], v.most[0]], index)
     } else {
         hit32_of_pair(ray, triangle, index)

@@ -311,29 +311,30 @@ impl<'a> Resolver<'a> {
         )
     }
 
-    /// Like [`Resolver::hits_in`], but in f32.
+    /// Like [`Resolver::hits_in`], but in f32, and writes the hits, because copying them would take
+    /// much of the time.
     #[inline(always)]
     pub fn hits32_in<S: Simd>(
         self,
         pairs: &Pairs,
         ids: &[(RayId, LeafSlot); 8],
         len: usize,
-    ) -> [Hit32; 8] {
+        hits32: &mut [Hit32; 8],
+    ) {
         S::vectorize(
             #[inline(always)]
             || match self {
-                Self::Exact(_) => crate::exact::hits32_in::<S>(pairs, len),
+                Self::Exact(_) => crate::exact::hits32_in::<S>(pairs, len, hits32),
                 Self::Originals(originals) => {
-                    let (mut hits, mut hits32) = ([Hit::MISS; 8], [Hit32::MISS; 8]);
+                    let mut hits = [Hit::MISS; 8];
                     originals.hits(&ids[..len], &mut hits);
                     for ((to, hit), &(id, slot)) in hits32.iter_mut().zip(&hits).zip(&ids[..len]) {
                         *to = originals.hit32(hit, id, slot);
                     }
-                    hits32
                 }
-                Self::Document(_) => pairs.hits_in::<S>().map(Hit32::from),
+                Self::Document(_) => *hits32 = pairs.hits_in::<S>().map(Hit32::from),
             },
-        )
+        );
     }
 }
 

@@ -36,8 +36,9 @@ pub(super) struct Sorter {
     at: [Vec<f32>; 2],
     /// The cell of each ray.
     cells: Vec<u16>,
-    /// For each cell, the number of rays in it, and then where they begin.
-    begins: Vec<u16>,
+    /// For each cell, the number of rays in it from the first and the second half of the window, and then
+    /// where they begin.
+    begins: Vec<[u16; 2]>,
     /// For each place in the sorted order, the index of its ray.
     order: Vec<u16>,
 }
@@ -52,25 +53,41 @@ impl Sorter {
         level.run(FindCells { key, rays, sorter: self });
         let Self { cells, begins, order, .. } = self;
         begins.clear();
-        begins.resize(SIDES * CELLS * CELLS, 0);
+        begins.resize(SIDES * CELLS * CELLS, [0; 2]);
         cells.truncate(rays.len());
-        // A single cell with 2^16 rays counts 0, but it begins at 0 in any case.
-        for &cell in &*cells {
-            let count = &mut begins[usize::from(cell)];
-            *count = count.wrapping_add(1);
-        }
-        // Each cell begins where the one before it ends.
-        let mut begin = 0;
-        for cell in &mut *begins {
-            let count = *cell;
-            *cell = begin;
-            begin = begin.wrapping_add(count);
-        }
         order.resize(rays.len(), 0);
-        for (&cell, i) in cells.iter().zip(0..=u16::MAX) {
-            let place = &mut begins[usize::from(cell)];
-            order[usize::from(*place)] = i;
-            *place = place.wrapping_add(1);
+        // Count two halves side by side: neighbours are often in the same cell, and each would have to
+        // wait for the count of the one before it.
+        let half = cells.len().div_ceil(2);
+        let (first, last) = cells.split_at(half);
+        let middle = first.get(last.len());
+        // Returns a cell's number for a half, and increments it.
+        let next = |begins: &mut [[u16; 2]], cell: u16, half: usize| {
+            let number = &mut begins[usize::from(cell)][half];
+            let before = *number;
+            *number = before.wrapping_add(1);
+            usize::from(before)
+        };
+        for (&a, &b) in first.iter().zip(last) {
+            next(begins, a, 0);
+            next(begins, b, 1);
+        }
+        if let Some(&cell) = middle {
+            next(begins, cell, 0);
+        }
+        // Each cell begins where the one before it ends, with the rays of the first half.
+        let mut begin = 0_u16;
+        for halves in &mut *begins {
+            let [a, b] = *halves;
+            *halves = [begin, begin.wrapping_add(a)];
+            begin = begin.wrapping_add(a).wrapping_add(b);
+        }
+        for ((&a, &b), i) in first.iter().zip(last).zip(0..) {
+            order[next(begins, a, 0)] = i;
+            order[next(begins, b, 1)] = half as u16 + i;
+        }
+        if let Some(&cell) = middle {
+            order[next(begins, cell, 0)] = last.len() as u16;
         }
         order
     }
@@ -118,14 +135,16 @@ impl<X: Scalar> WithSimd for FindCells<'_, X> {
         );
 
         for (i, cells) in cells.chunks_mut(LANES).enumerate() {
-            let (mut column, mut row) = ([0.0; LANES], [0.0; LANES]);
-            x.cells(S::F32x16::load(&across[LANES * i..])).store(&mut column);
-            y.cells(S::F32x16::load(&along[LANES * i..])).store(&mut row);
-            for (lane, cell) in cells.iter_mut().enumerate() {
-                // The lowest bits of the numbers are the integers.
-                let at = |x: f32| SPREAD[x.to_bits() as usize % CELLS];
-                let side = sides[LANES * i + lane].to_bits() as usize % SIDES;
-                *cell = (side * CELLS * CELLS) as u16 | at(column[lane]) | at(row[lane]) << 1;
+            let load = |row: &[f32]| S::F32x16::load(&row[LANES * i..]);
+            // Both integers together are the index of a cell, row by row.
+            let cell =
+                x.cells(load(across)) + splat(CELLS as f32) * (y.cells(load(along)) - splat(ROUND));
+            let mut at = [0.0; LANES];
+            cell.store(&mut at);
+            for ((cell, at), side) in cells.iter_mut().zip(at).zip(&sides[LANES * i..]) {
+                let (at, side) =
+                    (at.to_bits() as usize % (CELLS * CELLS), side.to_bits() as usize % SIDES);
+                *cell = (side * CELLS * CELLS) as u16 | Z_ORDER[at];
             }
         }
     }
@@ -216,18 +235,20 @@ impl<F: Lanes<Scalar = f32>> Axis<F> {
     }
 }
 
-/// The bits of each number, moved to every other position.
-const SPREAD: [u16; CELLS] = {
-    let (mut spread, mut i) = ([0; CELLS], 0);
-    while i < CELLS {
+/// For each cell of a side, row by row, its place in Z-order: the bits of the column and of the row
+/// alternate.
+static Z_ORDER: [u16; CELLS * CELLS] = {
+    let (mut order, mut i) = ([0; CELLS * CELLS], 0);
+    while i < CELLS * CELLS {
         let mut bit = 0;
         while bit < BITS {
-            spread[i] |= ((i >> bit & 1) << (2 * bit)) as u16;
+            let (column, row) = (i >> bit & 1, i >> BITS >> bit & 1);
+            order[i] |= ((column | row << 1) << (2 * bit)) as u16;
             bit += 1;
         }
         i += 1;
     }
-    spread
+    order
 };
 
 #[cfg(test)]

@@ -117,13 +117,13 @@ pub(crate) trait HitFormat: Copy + NamesTriangle {
     /// Computes the hit of a ray on the triangle in a slot.
     fn met_alone(tree: &Tree, resolver: Resolver<'_>, ray: &Ray, ids: (RayId, LeafSlot)) -> Self;
 
-    /// Computes the hits of the first `len` of eight pairs.
+    /// Writes the hits of the first `len` of eight pairs.
     fn met_in<S: Simd>(
         resolver: Resolver<'_>,
-        pairs: &Pairs,
-        ids: &[(RayId, LeafSlot); 8],
+        pairs: (&Pairs, &[(RayId, LeafSlot); 8]),
         len: usize,
-    ) -> [Self; 8];
+        hits: &mut [Self; 8],
+    );
 }
 
 impl HitFormat for Hit {
@@ -137,11 +137,11 @@ impl HitFormat for Hit {
     #[inline(always)]
     fn met_in<S: Simd>(
         resolver: Resolver<'_>,
-        pairs: &Pairs,
-        ids: &[(RayId, LeafSlot); 8],
+        (pairs, ids): (&Pairs, &[(RayId, LeafSlot); 8]),
         len: usize,
-    ) -> [Self; 8] {
-        resolver.hits_in::<S>(pairs, ids, len)
+        hits: &mut [Self; 8],
+    ) {
+        *hits = resolver.hits_in::<S>(pairs, ids, len);
     }
 }
 
@@ -156,10 +156,10 @@ impl HitFormat for Hit32 {
     #[inline(always)]
     fn met_in<S: Simd>(
         resolver: Resolver<'_>,
-        pairs: &Pairs,
-        ids: &[(RayId, LeafSlot); 8],
+        (pairs, ids): (&Pairs, &[(RayId, LeafSlot); 8]),
         len: usize,
-    ) -> [Self; 8] {
-        resolver.hits32_in::<S>(pairs, ids, len)
+        hits: &mut [Self; 8],
+    ) {
+        resolver.hits32_in::<S>(pairs, ids, len, hits);
     }
 }

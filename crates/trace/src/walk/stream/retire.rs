@@ -80,7 +80,8 @@ impl<'a> Retired<'a> {
     pub(crate) fn write<S: Simd, H: HitFormat>(&mut self, to: &mut [H]) {
         let Self { resolver, first, ref pairs, ref ids, len } = *self;
         if len > 0 {
-            let hits = H::met_in::<S>(resolver, pairs, ids, len);
+            let mut hits = [H::MISS; 8];
+            H::met_in::<S>(resolver, (pairs, ids), len, &mut hits);
             for (hit, &(id, _)) in hits[..len].iter().zip(ids) {
                 to[(id.0 - first.0) as usize] = *hit;
             }
