@@ -118,7 +118,7 @@ pub mod internal {
     pub use crate::filter::{
         AlongAxis, Axis, BlockHits, Evidence, LaneHits, Rays, Room, Triangles,
     };
-    pub use crate::hit_attributes::{HitCoefficients, Pairs, SharedOriginHit};
+    pub use crate::hit_attributes::{HitCoefficients, Pairs, SharedHit};
     pub use crate::lane_queries::NumberedPacket;
     pub use crate::local_frame::LocalFrame;
     pub use crate::packet::{Copy32, RayLanes};
@@ -132,12 +132,12 @@ pub mod internal {
             Closest, Feature, Squares, closer, closer_from, closest, feature, feature_from, squares,
         };
         pub use crate::exact::{
-            Decided, EightPairs, HitCoefficients, HitCoefficients32, Pair64, PairDecision,
-            Quotients, SeenPlane, Side, Tier, attributes, attributes_from, attributes32, crossing,
-            crossing_from, decide, decide_pair, decide_with_t, edge_side, facing, has_area, hit,
-            hit32, hits_in, hits_of_origin64, hits64, is_on, is_plain, known_order, moment, order,
-            order_by_coordinates, order_from, shares_feature, subnormals_are_read, t, t_from,
-            t_times,
+            Decided, DirectionCoefficients32, EightPairs, HitCoefficients, HitCoefficients32,
+            Pair64, PairDecision, Quotients, SeenPlane, Side, Tier, attributes, attributes_from,
+            attributes32, crossing, crossing_from, decide, decide_pair, decide_with_t, edge_side,
+            facing, has_area, hit, hit32, hits_in, hits_of_origin64, hits64, is_on, is_plain,
+            known_order, moment, order, order_by_coordinates, order_from, shares_feature,
+            subnormals_are_read, t, t_from, t_times,
         };
     }
 }

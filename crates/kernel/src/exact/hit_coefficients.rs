@@ -12,15 +12,15 @@
 use super::double::{Double, cross, difference, short_sum, sum};
 use super::input::subnormals_are_read;
 use super::rounded::{Volume, quotient};
-use crate::Hit;
-use crate::hit_attributes::SharedOriginHit;
+use crate::hit_attributes::SharedHit;
 use crate::simd::{Lanes, Mask, Simd, Vec3, by_triangle, put_by_triangle};
+use crate::{Hit, Ray};
 
 /// A triangle relative to one origin, prepared to compute correctly rounded hits of rays from that
 /// origin. The coordinates are f32, or f64 (`shared_origin64.rs`).
 ///
 /// ```
-/// use intertri::internal::SharedOriginHit;
+/// use intertri::internal::SharedHit;
 /// use intertri::internal::exact::{self, HitCoefficients};
 /// use intertri::simd::{Simd, WithSimd, dispatch};
 /// use intertri::{Hit, Ray, Triangle, TriangleBlock};
@@ -31,9 +31,9 @@ use crate::simd::{Lanes, Mask, Simd, Vec3, by_triangle, put_by_triangle};
 ///     #[inline(always)]
 ///     fn run<S: Simd>(self) -> Self::Output {
 ///         let (mut coefficients, mut hit) = ([HitCoefficients::default(); 8], Hit::MISS);
-///         let (corners, origin) = (self.0.corners(), self.1.origin);
-///         HitCoefficients::eight_in::<S>(corners, &[7; 8], origin, &mut coefficients);
-///         let sure = coefficients[3].hit_in::<S>(self.1.dir, &mut hit);
+///         let Self(block, ray) = self;
+///         HitCoefficients::eight_in::<S>(block.corners(), &[7; 8], ray, &mut coefficients);
+///         let sure = coefficients[3].hit_in::<S>(ray, &mut hit);
 ///         (hit, sure)
 ///     }
 /// }
@@ -141,17 +141,18 @@ impl HitCoefficients {
     }
 }
 
-impl SharedOriginHit for HitCoefficients {
+impl SharedHit for HitCoefficients {
     #[inline(always)]
     fn eight_in<S: Simd>(
         [c1, c2, c3]: &[[[f32; 8]; 3]; 3],
         indices: &[u32; 8],
-        origin: [f32; 3],
+        ray: &Ray,
         to: &mut [Self; 8],
     ) {
         let corners = [Vec3::<S::F64x8>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
         let [c1, c2, c3] = corners;
-        let origin = Vec3::splat([origin[0].into(), origin[1].into(), origin[2].into()]);
+        let [x, y, z] = ray.origin;
+        let origin = Vec3::splat([x.into(), y.into(), z.into()]);
         let ((a, x), (h4, y), (h5, z)) =
             (difference(c1, origin), difference(c2, c1), difference(c3, c1));
         let (n, v, w) = (cross(h4, h5), cross(h5, a), cross(a, h4));
@@ -168,7 +169,8 @@ impl SharedOriginHit for HitCoefficients {
     }
 
     #[inline(always)]
-    fn hit_in<S: Simd>(&self, [x, y, z]: [f32; 3], to: &mut Hit) -> bool {
+    fn hit_in<S: Simd>(&self, ray: &Ray, to: &mut Hit) -> bool {
+        let [x, y, z] = ray.dir;
         let dir = Vec3::<S::F64x4>::splat([x.into(), y.into(), z.into()]);
         let sums = product(self.parts::<S>(), dir);
         let size = f64::from(x.abs()) + f64::from(y.abs()) + f64::from(z.abs());

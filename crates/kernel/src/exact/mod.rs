@@ -65,7 +65,7 @@ pub use pairs::hits_in;
 pub(crate) use pairs::t_in;
 pub use pairs64::{Pair64, hits64};
 pub use rounded::Quotients;
-pub use rounded32::{HitCoefficients32, hit32};
+pub use rounded32::{DirectionCoefficients32, HitCoefficients32, hit32};
 pub(crate) use rounded32::{hit32_alone, hits32_in};
 pub use seen_edge::{edge_side, moment};
 pub use seen_plane::SeenPlane;

@@ -11,7 +11,7 @@
 use super::along::{NORMAL, attributes32, narrowed};
 use super::input::subnormals_are_read;
 use super::pairs::quotients_in;
-use crate::hit_attributes::{Pairs, SharedOriginHit};
+use crate::hit_attributes::{Pairs, SharedHit};
 use crate::simd::{Lanes, Mask, Simd, Vec3, lanes_of, put_by_triangle};
 use crate::{Hit, Hit32, Ray, RayOf, Scalar, Triangle, TriangleOf};
 
@@ -24,7 +24,7 @@ const DOUBT: f64 = 1.0 / (1_u64 << 49) as f64;
 const SEVERAL: u32 = 2;
 
 /// A denominator that several quotients share.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Over<D> {
     err: D,
     inverse: D,
@@ -83,17 +83,18 @@ pub struct HitCoefficients32 {
     index: u32,
 }
 
-impl SharedOriginHit<Hit32> for HitCoefficients32 {
+impl SharedHit<Hit32> for HitCoefficients32 {
     #[inline(always)]
     fn eight_in<S: Simd>(
         [c1, c2, c3]: &[[[f32; 8]; 3]; 3],
         indices: &[u32; 8],
-        origin: [f32; 3],
+        ray: &Ray,
         to: &mut [Self; 8],
     ) {
         let corners = [Vec3::<S::F64x8>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
         let [c1, c2, c3] = corners;
-        let origin = Vec3::splat([origin[0].into(), origin[1].into(), origin[2].into()]);
+        let [x, y, z] = ray.origin;
+        let origin = Vec3::splat([x.into(), y.into(), z.into()]);
         let (a, h4, h5) = (c1 - origin, c2 - c1, c3 - c1);
         let (n, v, w) = (h4.cross_fused(h5), h5.cross_fused(a), a.cross_fused(h4));
         put_by_triangle::<S>([n, v, w, n], to.iter_mut().map(|seen| &mut seen.coefficients));
@@ -115,7 +116,8 @@ impl SharedOriginHit<Hit32> for HitCoefficients32 {
     }
 
     #[inline(always)]
-    fn hit_in<S: Simd>(&self, [x, y, z]: [f32; 3], to: &mut Hit32) -> bool {
+    fn hit_in<S: Simd>(&self, ray: &Ray, to: &mut Hit32) -> bool {
+        let [x, y, z] = ray.dir;
         let dir = Vec3::<S::F64x4>::splat([x.into(), y.into(), z.into()]);
         let sums = Vec3::load(&self.coefficients).dot_fused(dir);
         let size = f64::from(x.abs()) + f64::from(y.abs()) + f64::from(z.abs());
@@ -128,6 +130,74 @@ impl SharedOriginHit<Hit32> for HitCoefficients32 {
         let num_err = Lanes::select(first, Lanes::splat(self.known_err), err);
         let over = Over::<S::F64x4>::new(S::first_and_last(sums), err);
         let ends: Ends<4> = over.quotient(num, num_err);
+        let [t, u, v, _] = ends.most;
+        *to = Hit32::new([t, u, v], self.index);
+        ends.sure_in::<S::F32x4>() & 0b111 == 0b111
+    }
+}
+
+/// Like [`HitCoefficients32`], but for rays that share their direction.
+///
+/// ```text
+///   num:  n · a   p · a   q · a         p = d × h5, q = h4 × d
+///   den:  n · d   n · d   n · d         The denominator is the same for all rays.
+///           = t     = u     = v
+/// ```
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
+pub struct DirectionCoefficients32 {
+    /// For each axis, the coefficients of the numerators of t, u, and v, and the first corner.
+    coefficients: [[f64; 4]; 3],
+    /// The inverse of the denominator, and the denominator's error bound.
+    over: Over<f64>,
+    /// The error bound on the numerators, relative to the sum of the magnitudes of A's components,
+    /// or NaN if nothing is proven.
+    share: f64,
+    index: u32,
+}
+
+impl SharedHit<Hit32> for DirectionCoefficients32 {
+    #[inline(always)]
+    fn eight_in<S: Simd>(
+        [c1, c2, c3]: &[[[f32; 8]; 3]; 3],
+        indices: &[u32; 8],
+        ray: &Ray,
+        to: &mut [Self; 8],
+    ) {
+        let corners = [Vec3::<S::F64x8>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
+        let [c1, c2, c3] = corners;
+        let [x, y, z] = ray.dir;
+        let dir = Vec3::splat([x.into(), y.into(), z.into()]);
+        let (h4, h5) = (c2 - c1, c3 - c1);
+        let (n, p, q) = (h4.cross_fused(h5), dir.cross_fused(h5), h4.cross_fused(dir));
+        put_by_triangle::<S>([n, p, q, c1], to.iter_mut().map(|seen| &mut seen.coefficients));
+
+        // Use the largest of the three cross products' error bounds for all of them.
+        let (abs_d, abs_h4, abs_h5) = (dir.abs(), h4.abs(), h5.abs());
+        let of_n = abs_h4.permanents(abs_h5);
+        let most = (of_n.norm1().max(abs_d.permanents(abs_h5).norm1()))
+            .max(abs_h4.permanents(abs_d).norm1());
+        let doubt = Lanes::splat(if subnormals_are_read() { DOUBT } else { f64::NAN });
+        let over = Over::new(n.dot_fused(dir), of_n.dot_fused(abs_d) * doubt);
+        let mut known = [[0.0; 8]; 3];
+        over.inverse.store(&mut known[0]);
+        over.err.store(&mut known[1]);
+        (most * doubt).store(&mut known[2]);
+        for (i, seen) in to.iter_mut().enumerate() {
+            seen.over = Over { inverse: known[0][i], err: known[1][i] };
+            (seen.share, seen.index) = (known[2][i], indices[i]);
+        }
+    }
+
+    #[inline(always)]
+    fn hit_in<S: Simd>(&self, ray: &Ray, to: &mut Hit32) -> bool {
+        let ([[.., cx], [.., cy], [.., cz]], [x, y, z]) = (&self.coefficients, ray.origin);
+        let a = [cx - f64::from(x), cy - f64::from(y), cz - f64::from(z)];
+        let sums = Vec3::<S::F64x4>::load(&self.coefficients).dot_fused(Vec3::splat(a));
+        let size = a[0].abs() + a[1].abs() + a[2].abs();
+        let (splat, Over { inverse, err }) = (<S::F64x4 as Lanes>::splat, self.over);
+        let over = Over { inverse: splat(inverse), err: splat(err) };
+        let ends: Ends<4> = over.quotient(sums, splat(self.share * size));
         let [t, u, v, _] = ends.most;
         *to = Hit32::new([t, u, v], self.index);
         ends.sure_in::<S::F32x4>() & 0b111 == 0b111

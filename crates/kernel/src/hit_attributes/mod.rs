@@ -2,10 +2,10 @@
 //! document A bit for bit, and the weights follow document D (`docs/documents.md`).
 
 mod pairs;
+mod shared_hit;
 mod shared_origin;
-mod shared_origin_hit;
 
 pub use pairs::Pairs;
 pub(crate) use pairs::of_pair;
+pub use shared_hit::SharedHit;
 pub use shared_origin::HitCoefficients;
-pub use shared_origin_hit::SharedOriginHit;

@@ -11,18 +11,18 @@
 //! operations and their order match the reference implementation, so every t matches it bit for
 //! bit.
 
-use super::shared_origin_hit::SharedOriginHit;
+use super::shared_hit::SharedHit;
 use crate::barycentric::Coefficients;
 use crate::document::Tri;
 use crate::simd::Vec3;
 use crate::simd::{Lanes, Mask, Simd, put_by_triangle};
-use crate::{Hit, Hit32};
+use crate::{Hit, Hit32, Ray};
 
 /// A triangle relative to an origin, with the coefficients of t, u, and v for rays from that
 /// origin.
 ///
 /// ```
-/// use intertri::internal::{HitCoefficients, SharedOriginHit};
+/// use intertri::internal::{HitCoefficients, SharedHit};
 /// use intertri::simd::{Simd, WithSimd, dispatch};
 /// use intertri::{Hit, Mode, Ray, Triangle, TriangleBlock};
 ///
@@ -32,9 +32,9 @@ use crate::{Hit, Hit32};
 ///     #[inline(always)]
 ///     fn run<S: Simd>(self) -> Hit {
 ///         let (mut coefficients, mut hit) = ([HitCoefficients::default(); 8], Hit::MISS);
-///         let (corners, origin) = (self.0.corners(), self.1.origin);
-///         <HitCoefficients as SharedOriginHit<Hit>>::eight_in::<S>(corners, &[0; 8], origin, &mut coefficients);
-///         coefficients[3].hit_in::<S>(self.1.dir, &mut hit);
+///         let Self(block, ray) = self;
+///         <HitCoefficients as SharedHit<Hit>>::eight_in::<S>(block.corners(), &[0; 8], ray, &mut coefficients);
+///         coefficients[3].hit_in::<S>(ray, &mut hit);
 ///         hit
 ///     }
 /// }
@@ -55,17 +55,17 @@ pub struct HitCoefficients {
     known: [f64; 4],
 }
 
-impl SharedOriginHit for HitCoefficients {
+impl SharedHit for HitCoefficients {
     #[inline(always)]
     fn eight_in<S: Simd>(
         [c1, c2, c3]: &[[[f32; 8]; 3]; 3],
         indices: &[u32; 8],
-        origin: [f32; 3],
+        ray: &Ray,
         to: &mut [Self; 8],
     ) {
         let corners = [Vec3::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
         let tri = Tri::new(corners);
-        let [x, y, z] = origin;
+        let [x, y, z] = ray.origin;
         let origin = Vec3::<S::F64x8>::splat([x.into(), y.into(), z.into()]);
         let Coefficients { a, n, v, w, .. } = Coefficients::of(corners, origin);
         let vectors = [tri.nrm, v, w, n];
@@ -78,8 +78,9 @@ impl SharedOriginHit for HitCoefficients {
     }
 
     #[inline(always)]
-    fn hit_in<S: Simd>(&self, dir: [f32; 3], to: &mut Hit) -> bool {
-        let dir = Vec3::<S::F64x4>::splat([dir[0].into(), dir[1].into(), dir[2].into()]);
+    fn hit_in<S: Simd>(&self, ray: &Ray, to: &mut Hit) -> bool {
+        let [x, y, z] = ray.dir;
+        let dir = Vec3::<S::F64x4>::splat([x.into(), y.into(), z.into()]);
         // The four sums are t's denominator, the numerators of u and v, and the common denominator
         // of u and v. The numerator of t is known, so one four-lane division yields t, u, and v.
         // Lane 3 is then replaced with the indices.
@@ -93,21 +94,21 @@ impl SharedOriginHit for HitCoefficients {
     }
 }
 
-impl SharedOriginHit<Hit32> for HitCoefficients {
+impl SharedHit<Hit32> for HitCoefficients {
     #[inline(always)]
     fn eight_in<S: Simd>(
         corners: &[[[f32; 8]; 3]; 3],
         indices: &[u32; 8],
-        origin: [f32; 3],
+        ray: &Ray,
         to: &mut [Self; 8],
     ) {
-        <Self as SharedOriginHit>::eight_in::<S>(corners, indices, origin, to);
+        <Self as SharedHit>::eight_in::<S>(corners, indices, ray, to);
     }
 
     #[inline(always)]
-    fn hit_in<S: Simd>(&self, dir: [f32; 3], to: &mut Hit32) -> bool {
+    fn hit_in<S: Simd>(&self, ray: &Ray, to: &mut Hit32) -> bool {
         let mut hit = Hit::MISS;
-        let sure = <Self as SharedOriginHit>::hit_in::<S>(self, dir, &mut hit);
+        let sure = <Self as SharedHit>::hit_in::<S>(self, ray, &mut hit);
         *to = hit.into();
         sure
     }

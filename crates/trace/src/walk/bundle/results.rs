@@ -1,7 +1,7 @@
 //! Converts the results of tracing a bundle to the requested form: whether rays hit anything, which
 //! triangles they hit, or complete hits.
 
-use intertri::internal::{HitCoefficients, Resolver, SharedOriginHit, exact, prefetch};
+use intertri::internal::{HitCoefficients, Resolver, SharedHit, exact, prefetch};
 use intertri::simd::Simd;
 use intertri::{Hit, Hit32, LeafSlot, Ray, RayId, TriangleId, TriangleOf};
 
@@ -41,6 +41,8 @@ pub(crate) struct Results {
     pub(super) every: Vec<PacketHits>,
     /// Whether the rays share an origin.
     pub(super) has_origin: bool,
+    /// Whether the rays share a direction.
+    pub(super) has_direction: bool,
     /// For each entry of `seen`, its triangle's index or its position in `hit`, plus one entry for
     /// rays without a hit.
     number: Vec<u32>,
@@ -51,6 +53,7 @@ pub(crate) struct Results {
     pairs: Vec<(u32, u32)>,
     exact: Vec<[exact::HitCoefficients; 8]>,
     exact32: Vec<[exact::HitCoefficients32; 8]>,
+    parallel32: Vec<[exact::DirectionCoefficients32; 8]>,
     /// The hits on the original f64 triangles, before rounding to f32.
     hits64: Vec<Hit>,
 }
@@ -116,7 +119,7 @@ impl Results {
     /// Lists all hits with t, u, and v. Values that depend only on a triangle and the shared origin
     /// are computed only once.
     #[inline(always)]
-    fn list_met<S: Simd, C: SharedOriginHit>(
+    fn list_met<S: Simd, C: SharedHit>(
         &self,
         tree: &Tree,
         resolver: Resolver<'_>,
@@ -125,14 +128,14 @@ impl Results {
         pairs: &mut HitPairs,
     ) {
         let slots = &self.seen[..];
-        let coefficients = coefficients::<S, C, Hit>(tree, slots, rays[0].origin, eights);
+        let coefficients = coefficients::<S, C, Hit>(tree, slots, &rays[0], eights);
         pairs.level();
         self.each_hit(left, pairs, |pairs, ray, number| {
             // Build the hit in place, because copying it right after writing it would stall the
             // CPU.
             let ids = (RayId(first.0 + ray as u32), slots[number]);
             let hit = pairs.push_hit(ids.0, ids.1);
-            if !coefficients[number].hit_in::<S>(rays[ray].dir, hit) {
+            if !coefficients[number].hit_in::<S>(&rays[ray], hit) {
                 *hit = Hit::met_alone(tree, resolver, &rays[ray], ids);
             }
         });
@@ -177,6 +180,14 @@ impl Results {
             }
             BatchOutput::Pairs(_) | BatchOutput::Crossings(_) | BatchOutput::Containments(_) => (),
             BatchOutput::Triangles(triangles) => self.triangles(tree, triangles),
+            BatchOutput::Hits32(hits)
+                if self.has_direction && matches!(resolver, Resolver::Exact(_)) =>
+            {
+                self.distinct();
+                let mut eights = std::mem::take(&mut self.parallel32);
+                self.hits::<S, _, _>(tree, resolver, (rays, first), &mut eights, hits);
+                self.parallel32 = eights;
+            }
             output if !self.has_origin => {
                 self.write_alone::<S>(tree, resolver, (rays, first), output);
             }
@@ -316,10 +327,10 @@ impl Results {
         hit.truncate(count);
     }
 
-    /// Computes the hits. Values that depend only on a triangle and the shared origin are computed
-    /// only once.
+    /// Computes the hits. Values that depend only on a triangle and the shared origin or direction are
+    /// computed only once.
     #[inline(always)]
-    fn hits<S: Simd, C: SharedOriginHit<H>, H: HitFormat>(
+    fn hits<S: Simd, C: SharedHit<H>, H: HitFormat>(
         &self,
         tree: &Tree,
         resolver: Resolver<'_>,
@@ -328,7 +339,7 @@ impl Results {
         hits: &mut [H],
     ) {
         let Self { found, number, hit, .. } = self;
-        let coefficients = coefficients::<S, C, H>(tree, hit, rays[0].origin, eights);
+        let coefficients = coefficients::<S, C, H>(tree, hit, &rays[0], eights);
         let number = &number[..];
         let mut unsure = Retired::new(resolver, first);
         for (i, (ray, &seen)) in rays.iter().zip(&found[..]).enumerate() {
@@ -340,7 +351,7 @@ impl Results {
                 continue;
             }
             let number = number[seen as usize] as usize;
-            if !coefficients[number].hit_in::<S>(ray.dir, &mut hits[i]) {
+            if !coefficients[number].hit_in::<S>(ray, &mut hits[i]) {
                 let (id, slot) = (RayId(first.0 + i as u32), hit[number]);
                 if unsure.add(tree, ray, id, (tree.index_of(slot), slot)) {
                     unsure.write::<S, H>(hits);
@@ -352,13 +363,13 @@ impl Results {
 }
 
 /// Computes the values that all hits on the triangles in these slots share, for rays from one
-/// origin. This function is never inlined, so that it is compiled once for each level and form of
+/// origin or in one direction, of which `ray` is one. This function is never inlined, so that it is compiled once for each level and form of
 /// hits.
 #[inline(never)]
-fn coefficients<'a, S: Simd, C: SharedOriginHit<H>, H>(
+fn coefficients<'a, S: Simd, C: SharedHit<H>, H>(
     tree: &Tree,
     slots: &[LeafSlot],
-    origin: [f32; 3],
+    ray: &Ray,
     eights: &'a mut Vec<[C; 8]>,
 ) -> &'a [C] {
     if 8 * eights.len() < slots.len() {
@@ -369,7 +380,7 @@ fn coefficients<'a, S: Simd, C: SharedOriginHit<H>, H>(
         || {
             for (slots, to) in slots.chunks(8).zip(&mut *eights) {
                 let (corners, indices) = eight(tree, slots);
-                C::eight_in::<S>(&corners, &indices, origin, to);
+                C::eight_in::<S>(&corners, &indices, ray, to);
             }
         },
     );

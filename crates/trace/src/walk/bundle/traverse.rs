@@ -92,6 +92,7 @@ impl Bundle<'_> {
         stack.clear();
         results.clear();
         results.has_origin = matches!(rays.common, Common::Origin);
+        results.has_direction = matches!(rays.common, Common::Direction { .. });
         let unboxed = tree.first_unboxed(filter.resolver());
         for root in [tree.thin_root_for(unboxed), 0] {
             if root != EMPTY {
