@@ -132,12 +132,12 @@ pub mod internal {
             Closest, Feature, Squares, closer, closer_from, closest, feature, feature_from, squares,
         };
         pub use crate::exact::{
-            Decided, DirectionCoefficients32, EightPairs, HitCoefficients, HitCoefficients32,
-            Pair64, PairDecision, Quotients, SeenPlane, Side, Tier, attributes, attributes_from,
-            attributes32, crossing, crossing_from, decide, decide_pair, decide_with_t, edge_side,
-            facing, has_area, hit, hit32, hits_in, hits_of_origin64, hits64, is_on, is_plain,
-            known_order, moment, order, order_by_coordinates, order_from, shares_feature,
-            subnormals_are_read, t, t_from, t_times,
+            Decided, DirectionCoefficients, DirectionCoefficients32, EightPairs, HitCoefficients,
+            HitCoefficients32, Pair64, PairDecision, Quotients, SeenPlane, Side, Tier, attributes,
+            attributes_from, attributes32, crossing, crossing_from, decide, decide_pair,
+            decide_with_t, edge_side, facing, has_area, hit, hit32, hits_in, hits_of_origin64,
+            hits64, is_on, is_plain, known_order, moment, order, order_by_coordinates, order_from,
+            shares_feature, subnormals_are_read, t, t_from, t_times,
         };
     }
 }

@@ -67,6 +67,22 @@ pub(super) fn dot<D: Lanes>([x, y, z]: &[Double<D>; 3], v: Vec3<D>) -> Double<D>
     sum(all.high, lows.dot_add(v, low))
 }
 
+/// Returns the high and low parts of a vector.
+#[inline(always)]
+pub(super) fn parts<D: Lanes>([x, y, z]: &[Double<D>; 3]) -> [Vec3<D>; 2] {
+    [Vec3 { x: x.high, y: y.high, z: z.high }, Vec3 { x: x.low, y: y.low, z: z.low }]
+}
+
+/// Returns the vector with these high and low parts.
+#[inline(always)]
+pub(super) fn whole<D: Lanes>([high, low]: [Vec3<D>; 2]) -> [Double<D>; 3] {
+    [
+        Double { high: high.x, low: low.x },
+        Double { high: high.y, low: low.y },
+        Double { high: high.z, low: low.z },
+    ]
+}
+
 /// Returns `a - b` and the sum of the magnitudes of its rounding errors.
 #[inline(always)]
 pub(super) fn difference<D: Lanes>(a: Vec3<D>, b: Vec3<D>) -> (Vec3<D>, D) {

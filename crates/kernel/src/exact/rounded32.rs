@@ -18,22 +18,22 @@ use crate::{Hit, Hit32, Ray, RayOf, Scalar, Triangle, TriangleOf};
 /// `2^-49`, which is `16w`, where w is half an ulp of 1. The error of a volume in f64 is at most
 /// `9w` times the volume's permanent, and dividing by a volume adds rounding errors of at most
 /// `3w`.
-const DOUBT: f64 = 1.0 / (1_u64 << 49) as f64;
+pub(super) const DOUBT: f64 = 1.0 / (1_u64 << 49) as f64;
 
 /// The number of unsure lanes from which it is faster to compute them side by side.
 const SEVERAL: u32 = 2;
 
 /// A denominator that several quotients share.
 #[derive(Clone, Copy, Debug, Default)]
-struct Over<D> {
-    err: D,
-    inverse: D,
+pub(super) struct Over<D> {
+    pub(super) err: D,
+    pub(super) inverse: D,
 }
 
 /// The ends of the quotients' error intervals, rounded to f32.
-struct Ends<const N: usize> {
+pub(super) struct Ends<const N: usize> {
     least: [f32; N],
-    most: [f32; N],
+    pub(super) most: [f32; N],
     /// The lanes in which the error interval is valid.
     sure: u32,
 }
@@ -41,13 +41,13 @@ struct Ends<const N: usize> {
 impl<D: Lanes<Scalar = f64>> Over<D> {
     /// Prepares divisions by a denominator with an error of up to `err`.
     #[inline(always)]
-    fn new(den: D, err: D) -> Self {
+    pub(super) fn new(den: D, err: D) -> Self {
         Self { err, inverse: D::splat(1.0) / den }
     }
 
     /// Divides a numerator with an error of up to `err`.
     #[inline(always)]
-    fn quotient<const N: usize>(&self, num: D, err: D) -> Ends<N> {
+    pub(super) fn quotient<const N: usize>(&self, num: D, err: D) -> Ends<N> {
         let q = num * self.inverse;
         let doubt = q.abs().mul_add(self.err, err) * self.inverse.abs();
         let (mut least, mut most) = ([0.0; N], [0.0; N]);
@@ -61,7 +61,7 @@ impl<D: Lanes<Scalar = f64>> Over<D> {
 impl<const N: usize> Ends<N> {
     /// Returns a mask of the lanes whose quotients are proven to be correctly rounded.
     #[inline(always)]
-    fn sure_in<F: Lanes<Scalar = f32>>(&self) -> u32 {
+    pub(super) fn sure_in<F: Lanes<Scalar = f32>>(&self) -> u32 {
         self.sure & F::load(&self.most).le(F::load(&self.least)).bits()
     }
 }
@@ -130,74 +130,6 @@ impl SharedHit<Hit32> for HitCoefficients32 {
         let num_err = Lanes::select(first, Lanes::splat(self.known_err), err);
         let over = Over::<S::F64x4>::new(S::first_and_last(sums), err);
         let ends: Ends<4> = over.quotient(num, num_err);
-        let [t, u, v, _] = ends.most;
-        *to = Hit32::new([t, u, v], self.index);
-        ends.sure_in::<S::F32x4>() & 0b111 == 0b111
-    }
-}
-
-/// Like [`HitCoefficients32`], but for rays that share their direction.
-///
-/// ```text
-///   num:  n · a   p · a   q · a         p = d × h5, q = h4 × d
-///   den:  n · d   n · d   n · d         The denominator is the same for all rays.
-///           = t     = u     = v
-/// ```
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(C, align(64))]
-pub struct DirectionCoefficients32 {
-    /// For each axis, the coefficients of the numerators of t, u, and v, and the first corner.
-    coefficients: [[f64; 4]; 3],
-    /// The inverse of the denominator, and the denominator's error bound.
-    over: Over<f64>,
-    /// The error bound on the numerators, relative to the sum of the magnitudes of A's components,
-    /// or NaN if nothing is proven.
-    share: f64,
-    index: u32,
-}
-
-impl SharedHit<Hit32> for DirectionCoefficients32 {
-    #[inline(always)]
-    fn eight_in<S: Simd>(
-        [c1, c2, c3]: &[[[f32; 8]; 3]; 3],
-        indices: &[u32; 8],
-        ray: &Ray,
-        to: &mut [Self; 8],
-    ) {
-        let corners = [Vec3::<S::F64x8>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
-        let [c1, c2, c3] = corners;
-        let [x, y, z] = ray.dir;
-        let dir = Vec3::splat([x.into(), y.into(), z.into()]);
-        let (h4, h5) = (c2 - c1, c3 - c1);
-        let (n, p, q) = (h4.cross_fused(h5), dir.cross_fused(h5), h4.cross_fused(dir));
-        put_by_triangle::<S>([n, p, q, c1], to.iter_mut().map(|seen| &mut seen.coefficients));
-
-        // Use the largest of the three cross products' error bounds for all of them.
-        let (abs_d, abs_h4, abs_h5) = (dir.abs(), h4.abs(), h5.abs());
-        let of_n = abs_h4.permanents(abs_h5);
-        let most = (of_n.norm1().max(abs_d.permanents(abs_h5).norm1()))
-            .max(abs_h4.permanents(abs_d).norm1());
-        let doubt = Lanes::splat(if subnormals_are_read() { DOUBT } else { f64::NAN });
-        let over = Over::new(n.dot_fused(dir), of_n.dot_fused(abs_d) * doubt);
-        let mut known = [[0.0; 8]; 3];
-        over.inverse.store(&mut known[0]);
-        over.err.store(&mut known[1]);
-        (most * doubt).store(&mut known[2]);
-        for (i, seen) in to.iter_mut().enumerate() {
-            seen.over = Over { inverse: known[0][i], err: known[1][i] };
-            (seen.share, seen.index) = (known[2][i], indices[i]);
-        }
-    }
-
-    #[inline(always)]
-    fn hit_in<S: Simd>(&self, ray: &Ray, to: &mut Hit32) -> bool {
-        let ([[.., cx], [.., cy], [.., cz]], [x, y, z]) = (&self.coefficients, ray.origin);
-        let a = [cx - f64::from(x), cy - f64::from(y), cz - f64::from(z)];
-        let sums = Vec3::<S::F64x4>::load(&self.coefficients).dot_fused(Vec3::splat(a));
-        let size = a[0].abs() + a[1].abs() + a[2].abs();
-        let (splat, Over { inverse, err }) = (<S::F64x4 as Lanes>::splat, self.over);
-        let over = Over { inverse: splat(inverse), err: splat(err) };
-        let ends: Ends<4> = over.quotient(sums, splat(self.share * size));
         let [t, u, v, _] = ends.most;
         *to = Hit32::new([t, u, v], self.index);
         ends.sure_in::<S::F32x4>() & 0b111 == 0b111

@@ -8,7 +8,7 @@ use alloc::vec::Vec;
 use core::slice;
 
 use super::attributes;
-use super::double::{Double, dot};
+use super::double::{dot, parts, whole};
 use super::hit_coefficients::{EightSeen, HitCoefficients};
 use super::input::{is_plain, subnormals_are_read};
 use super::rounded::Volume;
@@ -114,24 +114,13 @@ fn eight<S: Simd>(
     seen.put::<S>(&indices, to);
 }
 
-/// Returns the high and low parts of a vector.
-#[inline(always)]
-fn parts<D: Lanes<Scalar = f64>>([x, y, z]: &[Double<D>; 3]) -> [Vec3<D>; 2] {
-    [Vec3 { x: x.high, y: y.high, z: z.high }, Vec3 { x: x.low, y: y.low, z: z.low }]
-}
-
 impl HitCoefficients {
     /// Computes where an f64 ray meets the triangle. Returns whether the result is proven to be
     /// correctly rounded.
     #[inline(always)]
     fn hit64_in<S: Simd>(&self, ray: &Ray64, to: &mut Hit) -> bool {
         let dir = ray.dir;
-        let [high, low] = self.parts::<S>();
-        let rows = [
-            Double { high: high.x, low: low.x },
-            Double { high: high.y, low: low.y },
-            Double { high: high.z, low: low.z },
-        ];
+        let rows = whole(self.parts::<S>());
         let sums = dot(&rows, Vec3::splat(dir));
         let size = dir[0].abs() + dir[1].abs() + dir[2].abs();
         let (hit, sure) = self.meet::<S>(&sums, size, to);

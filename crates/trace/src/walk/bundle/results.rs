@@ -53,6 +53,7 @@ pub(crate) struct Results {
     pairs: Vec<(u32, u32)>,
     exact: Vec<[exact::HitCoefficients; 8]>,
     exact32: Vec<[exact::HitCoefficients32; 8]>,
+    parallel: Vec<[exact::DirectionCoefficients; 8]>,
     parallel32: Vec<[exact::DirectionCoefficients32; 8]>,
     /// The hits on the original f64 triangles, before rounding to f32.
     hits64: Vec<Hit>,
@@ -180,13 +181,8 @@ impl Results {
             }
             BatchOutput::Pairs(_) | BatchOutput::Crossings(_) | BatchOutput::Containments(_) => (),
             BatchOutput::Triangles(triangles) => self.triangles(tree, triangles),
-            BatchOutput::Hits32(hits)
-                if self.has_direction && matches!(resolver, Resolver::Exact(_)) =>
-            {
-                self.distinct();
-                let mut eights = std::mem::take(&mut self.parallel32);
-                self.hits::<S, _, _>(tree, resolver, (rays, first), &mut eights, hits);
-                self.parallel32 = eights;
+            output if self.has_direction && matches!(resolver, Resolver::Exact(_)) => {
+                self.write_parallel::<S>(tree, resolver, (rays, first), output);
             }
             output if !self.has_origin => {
                 self.write_alone::<S>(tree, resolver, (rays, first), output);
@@ -202,7 +198,32 @@ impl Results {
         }
     }
 
-    /// Writes the hits of rays that do not share an origin, including t, u, and v.
+    /// Writes the hits of rays that share a direction, including t, u, and v.
+    #[inline(always)]
+    fn write_parallel<S: Simd>(
+        &mut self,
+        tree: &Tree,
+        resolver: Resolver<'_>,
+        rays: (&[Ray], RayId),
+        output: BatchOutput<'_>,
+    ) {
+        self.distinct();
+        match output {
+            BatchOutput::Hits(hits) => {
+                let mut eights = std::mem::take(&mut self.parallel);
+                self.hits::<S, _, _>(tree, resolver, rays, &mut eights, hits);
+                self.parallel = eights;
+            }
+            BatchOutput::Hits32(hits) => {
+                let mut eights = std::mem::take(&mut self.parallel32);
+                self.hits::<S, _, _>(tree, resolver, rays, &mut eights, hits);
+                self.parallel32 = eights;
+            }
+            _ => (),
+        }
+    }
+
+    /// Writes the hits of rays that share neither, including t, u, and v.
     #[inline(always)]
     fn write_alone<S: Simd>(
         &self,
