@@ -83,7 +83,8 @@ impl Results {
         pairs: &mut HitPairs,
     ) {
         let hits: u32 = self.every.iter().map(|hits| hits.lanes.count_ones()).sum();
-        let is_shared = self.has_origin && hits >= SHARED * self.seen.len() as u32;
+        let pays = hits >= SHARED * self.seen.len() as u32;
+        let is_shared = self.has_origin && pays;
         match resolver {
             Resolver::Document(_) if is_shared => {
                 let mut eights = std::mem::take(&mut self.coefficients);
@@ -94,6 +95,11 @@ impl Results {
                 let mut eights = std::mem::take(&mut self.exact);
                 self.list_met::<S, _>(tree, resolver, (rays, first, left), &mut eights, pairs);
                 self.exact = eights;
+            }
+            Resolver::Exact(_) if self.has_direction && pays => {
+                let mut eights = std::mem::take(&mut self.parallel);
+                self.list_met::<S, _>(tree, resolver, (rays, first, left), &mut eights, pairs);
+                self.parallel = eights;
             }
             Resolver::Originals(originals) if is_shared => {
                 let (mut known, begin) = (std::mem::take(&mut self.pairs), pairs.pairs.len());
@@ -117,8 +123,8 @@ impl Results {
         }
     }
 
-    /// Lists all hits with t, u, and v. Values that depend only on a triangle and the shared origin
-    /// are computed only once.
+    /// Lists all hits with t, u, and v. Values that depend only on a triangle and the shared origin or
+    /// direction are computed only once.
     #[inline(always)]
     fn list_met<S: Simd, C: SharedHit>(
         &self,
