@@ -116,7 +116,10 @@ pub(super) const NORMAL: f64 = 2.0 * f32::MIN_POSITIVE as f64;
 
 #[cold]
 #[inline(never)]
-fn attributes32_by_integers<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> [f32; 3] {
+pub(super) fn attributes32_by_integers<S: Scalar>(
+    ray: &RayOf<S>,
+    triangle: &TriangleOf<S>,
+) -> [f32; 3] {
     Ratio::of_pair(Tier::Float, &Pair::new(ray, triangle), 0b111).map(Ratio::to_f32)
 }
 

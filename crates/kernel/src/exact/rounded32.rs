@@ -145,7 +145,7 @@ pub(crate) fn hits32_in<S: Simd>(pairs: &Pairs, len: usize, hits: &mut [Hit32; 8
     let [t, u, v] = ends::<_, 8>(corners, origin, dir, doubt);
     let sure = t.sure_in::<S::F32x8>() & u.sure_in::<S::F32x8>() & v.sure_in::<S::F32x8>();
     let mut unsure = !sure;
-    // A hit is a row of five numbers: t, u, v, and the indices, whose bits are kept.
+    // A hit is a row of five numbers: t, u, v, the triangle's index as bits, and the geometry, 0.
     let rows: &mut [[f32; 5]; 8] = bytemuck::cast_mut(hits);
     for (from, rows) in [0, 4].into_iter().zip(rows.chunks_exact_mut(4)) {
         let load = S::F32x4::load;

@@ -79,7 +79,8 @@ impl Pairs {
         self.index[lane]
     }
 
-    /// Returns the indices of the triangles in the lanes starting at `from`, as the bits of f32 values.
+    /// Returns the indices of the triangles in the lanes starting at `from`, as the bits of f32
+    /// values.
     #[inline(always)]
     pub(crate) fn indices(&self, from: usize) -> &[f32] {
         &bytemuck::cast_ref::<[u32; 8], [f32; 8]>(&self.index)[from..]

@@ -33,7 +33,8 @@ use crate::{Hit, Hit32, Ray};
 ///     fn run<S: Simd>(self) -> Hit {
 ///         let (mut coefficients, mut hit) = ([HitCoefficients::default(); 8], Hit::MISS);
 ///         let Self(block, ray) = self;
-///         <HitCoefficients as SharedHit<Hit>>::eight_in::<S>(block.corners(), &[0; 8], ray, &mut coefficients);
+///         let corners = block.corners();
+///         <HitCoefficients as SharedHit>::eight_in::<S>(corners, &[0; 8], ray, &mut coefficients);
 ///         coefficients[3].hit_in::<S>(ray, &mut hit);
 ///         hit
 ///     }

@@ -311,8 +311,8 @@ impl<'a> Resolver<'a> {
         )
     }
 
-    /// Like [`Resolver::hits_in`], but in f32, and writes the hits, because copying them would take
-    /// much of the time.
+    /// Like [`Resolver::hits_in`], but in f32. Writes to `hits32`, because returning the hits would
+    /// copy them.
     #[inline(always)]
     pub fn hits32_in<S: Simd>(
         self,

@@ -36,8 +36,8 @@ pub(super) struct Sorter {
     at: [Vec<f32>; 2],
     /// The cell of each ray.
     cells: Vec<u16>,
-    /// For each cell, the number of rays in it from the first and the second half of the window, and then
-    /// where they begin.
+    /// For each cell, the number of rays in it, from the first and the second half of the window,
+    /// and then where they begin.
     begins: Vec<[u16; 2]>,
     /// For each place in the sorted order, the index of its ray.
     order: Vec<u16>,
@@ -50,14 +50,15 @@ impl Sorter {
         level: Level,
         (key, rays): (SortKey, &[RayOf<X>]),
     ) -> &[u16] {
+        debug_assert!(rays.len() <= 1 << 16);
         level.run(FindCells { key, rays, sorter: self });
         let Self { cells, begins, order, .. } = self;
         begins.clear();
         begins.resize(SIDES * CELLS * CELLS, [0; 2]);
         cells.truncate(rays.len());
         order.resize(rays.len(), 0);
-        // Count two halves side by side: neighbours are often in the same cell, and each would have to
-        // wait for the count of the one before it.
+        // Count two halves side by side: neighbours are often in the same cell, and each would have
+        // to wait for the count of the one before it.
         let half = cells.len().div_ceil(2);
         let (first, last) = cells.split_at(half);
         let middle = first.get(last.len());
@@ -75,7 +76,8 @@ impl Sorter {
         if let Some(&cell) = middle {
             next(begins, cell, 0);
         }
-        // Each cell begins where the one before it ends, with the rays of the first half.
+        // Each cell begins where the one before it ends, with the rays of the first half. With 2^16
+        // rays, the cells after the last ray begin at 0, but they are empty.
         let mut begin = 0_u16;
         for halves in &mut *begins {
             let [a, b] = *halves;
@@ -150,8 +152,8 @@ impl<X: Scalar> WithSimd for FindCells<'_, X> {
     }
 }
 
-/// Projects directions onto the cube around the origin. Returns the side, as an integer in the lowest
-/// bits of a number, and the position on that side.
+/// Projects directions onto the cube around the origin. Returns the side, as an integer in the
+/// lowest bits of a number, and the position on that side.
 #[inline(always)]
 fn on_cube<F: Lanes<Scalar = f32>>(dir: Vec3<F>) -> (F, [F; 2]) {
     let (x, y, z) = (dir.x.abs(), dir.y.abs(), dir.z.abs());
@@ -170,8 +172,8 @@ fn on_cube<F: Lanes<Scalar = f32>>(dir: Vec3<F>) -> (F, [F; 2]) {
     (side, [a * inverse, b * inverse])
 }
 
-/// Projects origins along a direction onto a plane. Returns the side of a cube, which is the same for
-/// all, and the position on the plane.
+/// Projects origins along a direction onto a plane. Returns the side of a cube, which is the same
+/// for all, and the position on the plane.
 #[inline(always)]
 fn on_plane<F: Lanes<Scalar = f32>>(dir: [f32; 3], origin: Vec3<F>) -> (F, [F; 2]) {
     let ProjectionPlane { axes, slope } = ProjectionPlane::new(dir.map(f64::from));
@@ -271,8 +273,10 @@ mod tests {
             let rays = &rays[..count];
             for level in Level::all() {
                 let mut sorter = Sorter::default();
-                let order = sorter.sort(level, (SortKey::Point, rays));
-                let mut places = order.to_vec();
+                let mut places = sorter.sort(level, (SortKey::Point, rays)).to_vec();
+                // Rays of the same cell keep their order.
+                let cell = |i: u16| sorter.cells[usize::from(i)];
+                assert!(places.is_sorted_by_key(|&i| (cell(i), i)), "{level:?} {count}");
                 places.sort_unstable();
                 assert!(places.iter().map(|&i| usize::from(i)).eq(0..count), "{level:?} {count}");
             }

@@ -17,7 +17,7 @@ pub(super) const NOTHING: u32 = u32::MAX;
 const AHEAD: usize = 40;
 
 /// If, on average, fewer rays than this hit a triangle, precomputing the values that they share is
-/// not worthwhile.
+/// not worthwhile for lists of hits.
 const SHARED: u32 = 3;
 
 /// The rays of a packet that hit a triangle.
@@ -123,8 +123,8 @@ impl Results {
         }
     }
 
-    /// Lists all hits with t, u, and v. Values that depend only on a triangle and the shared origin or
-    /// direction are computed only once.
+    /// Lists all hits with t, u, and v. Values that depend only on a triangle and the shared origin
+    /// or direction are computed only once.
     #[inline(always)]
     fn list_met<S: Simd, C: SharedHit>(
         &self,
@@ -354,8 +354,8 @@ impl Results {
         hit.truncate(count);
     }
 
-    /// Computes the hits. Values that depend only on a triangle and the shared origin or direction are
-    /// computed only once.
+    /// Computes the hits. Values that depend only on a triangle and the shared origin or direction
+    /// are computed only once.
     #[inline(always)]
     fn hits<S: Simd, C: SharedHit<H>, H: HitFormat>(
         &self,
@@ -390,8 +390,8 @@ impl Results {
 }
 
 /// Computes the values that all hits on the triangles in these slots share, for rays from one
-/// origin or in one direction, of which `ray` is one. This function is never inlined, so that it is compiled once for each level and form of
-/// hits.
+/// origin or in one direction, of which `ray` is one. This function is never inlined, so that it is
+/// compiled once for each level and form of hits.
 #[inline(never)]
 fn coefficients<'a, S: Simd, C: SharedHit<H>, H>(
     tree: &Tree,
