@@ -296,8 +296,8 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self) -> Self::Output {
             let Self(&triangle, ray) = self;
-            let (block, mut of) =
-                (TriangleBlock::<8>::new(&[triangle; 8]), [Default::default(); 8]);
+            let block = TriangleBlock::<8>::new(&[triangle; 8]);
+            let mut of = [DirectionCoefficients32::default(); 8];
             DirectionCoefficients32::eight_in::<S>(block.corners(), &[0; 8], ray, &mut of);
             let (sums, err) = of[0].numerators::<S>(ray);
             let (mut volumes, Over { inverse, err: den_err }) = ([0.0; 4], of[0].over);
