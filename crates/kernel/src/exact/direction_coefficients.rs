@@ -82,12 +82,6 @@ fn largest_permanent<D: Lanes<Scalar = f64>>(h4: Vec3<D>, h5: Vec3<D>, dir: Vec3
     most.max(h4.permanents(dir).norm1())
 }
 
-/// Converts a vector to f64.
-#[inline(always)]
-fn widened<D: Lanes<Scalar = f64>>([x, y, z]: [f32; 3]) -> Vec3<D> {
-    Vec3::splat([x.into(), y.into(), z.into()])
-}
-
 impl SharedHit for DirectionCoefficients {
     #[inline(always)]
     fn eight_in<S: Simd>(
@@ -97,7 +91,7 @@ impl SharedHit for DirectionCoefficients {
         to: &mut [Self; 8],
     ) {
         let corners = [Vec3::<S::F64x8>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
-        let ([c1, c2, c3], dir) = (corners, widened(ray.dir));
+        let ([c1, c2, c3], dir) = (corners, Vec3::splat_f32(ray.dir));
         let ((h4, x), (h5, y)) = (difference(c2, c1), difference(c3, c1));
         let (n, p, q) = (cross(h4, h5), cross(dir, h5), cross(h4, dir));
         let den = Volume::new(dir, &n, h4, h5);
@@ -129,7 +123,7 @@ impl SharedHit for DirectionCoefficients {
     fn hit_in<S: Simd>(&self, ray: &Ray, to: &mut Hit) -> bool {
         let [high, low] = &self.coefficients;
         let [[.., x], [.., y], [.., z]] = *high;
-        let (a, rest) = difference::<f64>(Vec3 { x, y, z }, widened(ray.origin));
+        let (a, rest) = difference::<f64>(Vec3 { x, y, z }, Vec3::splat_f32(ray.origin));
         let rows = whole([Vec3::<S::F64x4>::load(high), Vec3::load(low)]);
         let (splat, [den, den_low, den_err, inverse]) = (<S::F64x4 as Lanes>::splat, self.den);
         let num = Volume {
@@ -155,7 +149,7 @@ impl SharedHit<Hit32> for DirectionCoefficients32 {
         to: &mut [Self; 8],
     ) {
         let corners = [Vec3::<S::F64x8>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
-        let ([c1, c2, c3], dir) = (corners, widened(ray.dir));
+        let ([c1, c2, c3], dir) = (corners, Vec3::splat_f32(ray.dir));
         let (h4, h5) = (c2 - c1, c3 - c1);
         let (n, p, q) = (h4.cross_fused(h5), dir.cross_fused(h5), h4.cross_fused(dir));
         put_by_triangle::<S>([n, p, q, c1], to.iter_mut().map(|seen| &mut seen.coefficients));
@@ -190,7 +184,7 @@ impl DirectionCoefficients32 {
     #[inline(always)]
     fn numerators<S: Simd>(&self, ray: &Ray) -> (S::F64x4, f64) {
         let [[.., x], [.., y], [.., z]] = self.coefficients;
-        let a = Vec3 { x, y, z } - widened::<f64>(ray.origin);
+        let a = Vec3 { x, y, z } - Vec3::<f64>::splat_f32(ray.origin);
         let (coefficients, size) = (Vec3::<S::F64x4>::load(&self.coefficients), a.abs().norm1());
         let sums = coefficients.dot_fused(Vec3::splat([a.x, a.y, a.z]));
         (sums, self.share * size)

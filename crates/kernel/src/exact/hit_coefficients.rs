@@ -151,8 +151,7 @@ impl SharedHit for HitCoefficients {
     ) {
         let corners = [Vec3::<S::F64x8>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
         let [c1, c2, c3] = corners;
-        let [x, y, z] = ray.origin;
-        let origin = Vec3::splat([x.into(), y.into(), z.into()]);
+        let origin = Vec3::splat_f32(ray.origin);
         let ((a, x), (h4, y), (h5, z)) =
             (difference(c1, origin), difference(c2, c1), difference(c3, c1));
         let (n, v, w) = (cross(h4, h5), cross(h5, a), cross(a, h4));
@@ -171,7 +170,7 @@ impl SharedHit for HitCoefficients {
     #[inline(always)]
     fn hit_in<S: Simd>(&self, ray: &Ray, to: &mut Hit) -> bool {
         let [x, y, z] = ray.dir;
-        let dir = Vec3::<S::F64x4>::splat([x.into(), y.into(), z.into()]);
+        let dir = Vec3::<S::F64x4>::splat_f32(ray.dir);
         let sums = product(self.parts::<S>(), dir);
         let size = f64::from(x.abs()) + f64::from(y.abs()) + f64::from(z.abs());
         let (_, sure) = self.meet::<S>(&sums, size, to);

@@ -93,8 +93,7 @@ impl SharedHit<Hit32> for HitCoefficients32 {
     ) {
         let corners = [Vec3::<S::F64x8>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
         let [c1, c2, c3] = corners;
-        let [x, y, z] = ray.origin;
-        let origin = Vec3::splat([x.into(), y.into(), z.into()]);
+        let origin = Vec3::splat_f32(ray.origin);
         let (a, h4, h5) = (c1 - origin, c2 - c1, c3 - c1);
         let (n, v, w) = (h4.cross_fused(h5), h5.cross_fused(a), a.cross_fused(h4));
         put_by_triangle::<S>([n, v, w, n], to.iter_mut().map(|seen| &mut seen.coefficients));
@@ -118,7 +117,7 @@ impl SharedHit<Hit32> for HitCoefficients32 {
     #[inline(always)]
     fn hit_in<S: Simd>(&self, ray: &Ray, to: &mut Hit32) -> bool {
         let [x, y, z] = ray.dir;
-        let dir = Vec3::<S::F64x4>::splat([x.into(), y.into(), z.into()]);
+        let dir = Vec3::<S::F64x4>::splat_f32(ray.dir);
         let sums = Vec3::load(&self.coefficients).dot_fused(dir);
         let size = f64::from(x.abs()) + f64::from(y.abs()) + f64::from(z.abs());
         let err = <S::F64x4 as Lanes>::splat(self.share * size);

@@ -66,8 +66,7 @@ impl SharedHit for HitCoefficients {
     ) {
         let corners = [Vec3::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
         let tri = Tri::new(corners);
-        let [x, y, z] = ray.origin;
-        let origin = Vec3::<S::F64x8>::splat([x.into(), y.into(), z.into()]);
+        let origin = Vec3::<S::F64x8>::splat_f32(ray.origin);
         let Coefficients { a, n, v, w, .. } = Coefficients::of(corners, origin);
         let vectors = [tri.nrm, v, w, n];
         put_by_triangle::<S>(vectors, to.iter_mut().map(|seen| &mut seen.coefficients));
@@ -80,8 +79,7 @@ impl SharedHit for HitCoefficients {
 
     #[inline(always)]
     fn hit_in<S: Simd>(&self, ray: &Ray, to: &mut Hit) -> bool {
-        let [x, y, z] = ray.dir;
-        let dir = Vec3::<S::F64x4>::splat([x.into(), y.into(), z.into()]);
+        let dir = Vec3::<S::F64x4>::splat_f32(ray.dir);
         // The four sums are t's denominator, the numerators of u and v, and the common denominator
         // of u and v. The numerator of t is known, so one four-lane division yields t, u, and v.
         // Lane 3 is then replaced with the indices.

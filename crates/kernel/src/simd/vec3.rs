@@ -132,6 +132,14 @@ impl<L: Lanes> Vec3<L> {
     }
 }
 
+impl<L: Lanes<Scalar = f64>> Vec3<L> {
+    /// Converts a vector to f64 and copies it to every lane.
+    #[inline(always)]
+    pub(crate) fn splat_f32([x, y, z]: [f32; 3]) -> Self {
+        Self::splat([x.into(), y.into(), z.into()])
+    }
+}
+
 impl<L: Lanes> Add for Vec3<L> {
     type Output = Self;
     #[inline(always)]

@@ -29,6 +29,15 @@ pub(super) struct PacketHits {
     pub(super) lanes: u16,
 }
 
+/// What the rays of a bundle share, and t, u, and v can be computed from.
+#[derive(Clone, Copy, Default, PartialEq)]
+pub(super) enum Shared {
+    #[default]
+    Nothing,
+    Origin,
+    Direction,
+}
+
 /// The hits of a bundle's rays.
 #[derive(Default)]
 pub(crate) struct Results {
@@ -39,10 +48,8 @@ pub(crate) struct Results {
     /// Triangles, each with a packet and a mask of the packet's rays that hit it. Used only for
     /// all-hits queries; `seen` then contains only triangles that are hit.
     pub(super) every: Vec<PacketHits>,
-    /// Whether the rays share an origin.
-    pub(super) has_origin: bool,
-    /// Whether the rays share a direction.
-    pub(super) has_direction: bool,
+    /// What the rays share.
+    pub(super) shared: Shared,
     /// For each entry of `seen`, its triangle's index or its position in `hit`, plus one entry for
     /// rays without a hit.
     number: Vec<u32>,
@@ -84,7 +91,7 @@ impl Results {
     ) {
         let hits: u32 = self.every.iter().map(|hits| hits.lanes.count_ones()).sum();
         let pays = hits >= SHARED * self.seen.len() as u32;
-        let is_shared = self.has_origin && pays;
+        let is_shared = self.shared == Shared::Origin && pays;
         match resolver {
             Resolver::Document(_) if is_shared => {
                 let mut eights = std::mem::take(&mut self.coefficients);
@@ -96,7 +103,7 @@ impl Results {
                 self.list_met::<S, _>(tree, resolver, (rays, first, left), &mut eights, pairs);
                 self.exact = eights;
             }
-            Resolver::Exact(_) if self.has_direction && pays => {
+            Resolver::Exact(_) if self.shared == Shared::Direction && pays => {
                 let mut eights = std::mem::take(&mut self.parallel);
                 self.list_met::<S, _>(tree, resolver, (rays, first, left), &mut eights, pairs);
                 self.parallel = eights;
@@ -187,11 +194,13 @@ impl Results {
             }
             BatchOutput::Pairs(_) | BatchOutput::Crossings(_) | BatchOutput::Containments(_) => (),
             BatchOutput::Triangles(triangles) => self.triangles(tree, triangles),
-            output if self.has_direction && matches!(resolver, Resolver::Exact(_)) => {
-                self.write_parallel::<S>(tree, resolver, (rays, first), output);
-            }
-            output if !self.has_origin => {
-                self.write_alone::<S>(tree, resolver, (rays, first), output);
+            output if self.shared != Shared::Origin => {
+                let is_exact = matches!(resolver, Resolver::Exact(_));
+                if self.shared == Shared::Direction && is_exact {
+                    self.write_parallel::<S>(tree, resolver, (rays, first), output);
+                } else {
+                    self.write_alone::<S>(tree, resolver, (rays, first), output);
+                }
             }
             BatchOutput::Hits(hits) => {
                 self.distinct();
@@ -204,7 +213,7 @@ impl Results {
         }
     }
 
-    /// Writes the hits of rays that share a direction, including t, u, and v.
+    /// Writes the hits of rays that share a direction in an f32 hierarchy, including t, u, and v.
     #[inline(always)]
     fn write_parallel<S: Simd>(
         &mut self,
@@ -229,7 +238,8 @@ impl Results {
         }
     }
 
-    /// Writes the hits of rays that share neither, including t, u, and v.
+    /// Writes the hits of rays that share neither, or of parallel rays in an f64 hierarchy, including
+    /// t, u, and v.
     #[inline(always)]
     fn write_alone<S: Simd>(
         &self,

@@ -22,7 +22,7 @@ use super::leaf_tests::{AT_ONCE, Leaves, ListedTests, PacketTest};
 use super::parts::{WIDTHS, WaitingParts, budget};
 use super::projection::{GROUPS, PACKETS, Projection, RAYS, least};
 use super::rays::{BundleRays, Common};
-use super::results::{NOTHING, PacketHits, Results};
+use super::results::{NOTHING, PacketHits, Results, Shared};
 use crate::tree::{EMPTY, Tree};
 use crate::util::prefetch::Prefetch;
 
@@ -91,8 +91,11 @@ impl Bundle<'_> {
         let Scratch { stack, leaves, open, split } = scratch;
         stack.clear();
         results.clear();
-        results.has_origin = matches!(rays.common, Common::Origin);
-        results.has_direction = matches!(rays.common, Common::Direction { .. });
+        results.shared = match rays.common {
+            Common::Origin => Shared::Origin,
+            Common::Direction { .. } => Shared::Direction,
+            Common::End(_) => Shared::Nothing,
+        };
         let unboxed = tree.first_unboxed(filter.resolver());
         for root in [tree.thin_root_for(unboxed), 0] {
             if root != EMPTY {
